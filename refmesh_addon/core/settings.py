@@ -1,0 +1,133 @@
+"""Every setting once: default, range, unit and help text. Panel, command line and pipeline are made from this.
+
+No setting is a length: radii are multiples of the center spacing s = (enclosed volume / C)^(1/3), of the mean edge
+length, or shares of the bounding-box diagonal, so that scaling the input scales the result and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, fields
+
+from .check import RefMeshError
+
+
+def option(default, help: str, *, low=None, high=None, choices: dict[str, str] | None = None, label: str | None = None):
+    """A dataclass field that carries what a panel or a command line needs to show it.
+
+    low, high : inclusive bounds of a number.  choices : name -> one-line explanation.  label : words for the panel.
+    """
+    return field(default=default, metadata={"help": help, "low": low, "high": high, "choices": choices, "label": label})
+
+
+@dataclass(frozen=True)
+class TrackingSettings:
+    """Volume tracking: centers that follow the inside of the body through the sequence."""
+
+    centers: int = option(1000, "Points that follow the volume; more of them reach thinner parts such as fingers and cost time", low=16, high=8000)
+    resolution: int = option(256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel resolution")
+    affinity: str = option(
+        "max",
+        "How strongly two centers are taken to belong together over time",
+        choices={
+            "max": "The largest separation and the largest disagreement of motion ever seen decide",
+            "iir": "Old disagreement fades with time",
+        },
+    )
+    seed: int = option(0, "Seed of the first random spread of centers; the same seed gives the same bytes", low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class ReferenceSettings:
+    """One reference mesh for each group of frames."""
+
+    group_size: int = option(5, "Frames that share one reference mesh", low=1, high=1000)
+    mapping: str = option(
+        "affinity",
+        "How frames are carried to the reference positions",
+        choices={
+            "affinity": "Blend the rigid motions of centers that move together; tears where bodies part",
+            "rbf": "Thin-plate spline through all centers, as in the paper; smooth, so it cannot tear",
+        },
+    )
+    alignment_steps: int = option(6, "Most steps that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50)
+    poisson_depth: int = option(0, "Octree depth of the screened Poisson reconstruction; 0 chooses it from the triangle budget", low=0, high=12)
+    triangles: int = option(0, "Triangles of each reference mesh; 0 takes the median of the group's input frames", low=0, high=5_000_000)
+
+
+@dataclass(frozen=True)
+class DeformationSettings:
+    """The reference mesh deformed to every frame of its group."""
+
+    keypoint_search: str = option(
+        "guided",
+        "Where partners of a reference key point are looked for",
+        choices={
+            "guided": "Near the place where the tracked centers carry it",
+            "unlimited": "Among all key points of the frame, as in the paper",
+        },
+        label="Key-point search",
+    )
+    arap_iterations: int = option(10, "Local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations")
+    smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
+    fit_rounds: int = option(8, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100)
+
+
+@dataclass(frozen=True)
+class EvaluationSettings:
+    """Two-sided distance between each source frame and its deformed reference."""
+
+    samples: int = option(50_000, "Points sampled on each surface when distances are measured", low=100, high=5_000_000)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings, one frozen dataclass per stage."""
+
+    tracking: TrackingSettings = TrackingSettings()
+    reference: ReferenceSettings = ReferenceSettings()
+    deformation: DeformationSettings = DeformationSettings()
+    evaluation: EvaluationSettings = EvaluationSettings()
+
+    def to_flat(self) -> dict[str, object]:
+        """name -> value over all stages; names are unique."""
+        return {name: value for stage in asdict(self).values() for name, value in stage.items()}
+
+    @classmethod
+    def from_flat(cls, values: dict[str, object]) -> Settings:
+        """Settings from a flat name -> value table; what is missing keeps its default.
+
+        Raises RefMeshError for an unknown name or a value out of range, naming it.
+        """
+        known = {item.name: item for item in flat_fields()}
+        for name, value in values.items():
+            if name not in known:
+                raise RefMeshError(f"unknown setting '{name}': the settings are {', '.join(sorted(known))}")
+            _check_value(known[name], value)
+        stages = {}
+        for stage in fields(cls):
+            stage_type = type(stage.default)
+            names = {item.name for item in fields(stage_type)}
+            stages[stage.name] = stage_type(**{name: value for name, value in values.items() if name in names})
+        return cls(**stages)
+
+
+def flat_fields() -> list:
+    """The dataclass fields of all stages in order, as the panel and the command line show them."""
+    return [item for stage in fields(Settings) for item in fields(type(stage.default))]
+
+
+def _check_value(item, value) -> None:
+    choices, low, high = item.metadata["choices"], item.metadata["low"], item.metadata["high"]
+    words = item.name.replace("_", "-")
+    if choices is not None and value not in choices:
+        raise RefMeshError(f"--{words} is '{value}': choose one of {', '.join(choices)}")
+    if low is not None and not low <= value <= high:
+        raise RefMeshError(f"--{words} is {value}: give a number from {low} to {high}")
+
+
+# What each preset changes; everything else keeps its default.
+PRESETS: dict[str, dict[str, object]] = {
+    "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},
+    "standard": {},
+    "paper": {"resolution": 512, "mapping": "rbf", "keypoint_search": "unlimited", "fit_rounds": 0},
+}
