@@ -1,4 +1,10 @@
-"""Exact closest points on a triangle mesh, vectorised over the queries."""
+"""Exact closest points on a triangle mesh, vectorised over the queries.
+
+Let x be the closest point of a triangle to a query q, b their distance. The line from q to x is square to the triangle,
+or to the edge that holds x, so one corner c of the triangle (one end of that edge) has |q - c|^2 = b^2 + |x - c|^2, and
+|x - c| is at most the longest edge over sqrt(3). Only triangles with a corner that near can win. This bound adds squares,
+so however far the query, few corners pass it.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +15,13 @@ from scipy.spatial import cKDTree
 
 from .types import TriangleMesh, _FrozenArrays
 
-NEAR_PROXIES = 8  # proxies looked at in the first full round; enough for most points near the surface
-MAX_SPLITS = 8  # halvings of one triangle's radius; beyond that its proxies stay large and searches just slow down
+FIRST_CORNERS = 8  # corners fetched for every query; settles most of them
+MORE_CORNERS = 4  # times as many in each further round for the rest
+BLOCK = 1 << 17  # corners fetched at once: bounds the memory, at most some 200 MB, whatever the number of queries
+COARSEST = 2.0  # longest edge of a piece, in median longest edges of the triangles
+MOST_PIECES = 4  # pieces per triangle in the mean, beyond that pieces stay larger and searches slower ...
+SPARE_PIECES = 1000  # ... and this many for a mesh of a few triangles
+SLACK = 1e-9  # share added to the squared reach: rounding must not lose a winner
 
 
 @dataclass(frozen=True)
@@ -28,99 +39,164 @@ class ClosestPoints(_FrozenArrays):
 class SurfaceIndex:
     """Built once from a mesh, asked often.
 
-    Triangles are found through proxies: points that each stand for a piece of one triangle within `radius`. Large
-    triangles are split into several proxies, so that one large triangle does not widen every search.
+    Large triangles are cut into pieces for the search, so that one large triangle does not widen every reach.
     """
 
     def __init__(self, mesh: TriangleMesh):
         if not len(mesh.triangles):
             raise ValueError("mesh has no triangles to measure to")
         self.mesh = mesh
-        self._corners = mesh.vertices[mesh.triangles]
-        centers, self._radii, self._owners = _proxies(self._corners)
-        self._largest = float(self._radii.max())
-        self._tree = cKDTree(centers)
+        self._middle = mesh.vertices.mean(axis=0)  # measured from here, far-away coordinates keep their digits
+        corners = (mesh.vertices - self._middle)[mesh.triangles]
+        self._planes = _planes(corners)
+        pieces, owners, longest = _pieces(corners)
+        nodes, inverse = np.unique(pieces.reshape(-1, 3), axis=0, return_inverse=True)
+        by_node = np.argsort(inverse.reshape(-1), kind="stable")
+        self._owners = np.repeat(owners, 3)[by_node]
+        self._covers = np.repeat(longest**2 / 3.0, 3)[by_node]
+        self._starts = np.searchsorted(inverse.reshape(-1)[by_node], np.arange(len(nodes) + 1))
+        self._widest = float(self._covers.max())
+        self._tree = cKDTree(nodes, balanced_tree=False)
 
     def query(self, points: np.ndarray, max_distance: float = np.inf) -> ClosestPoints:
         """Closest surface point of each of (N, 3) points."""
         points = np.asarray(points, dtype=np.float64)
-        best = np.full(len(points), float(max_distance))
-        owner = np.full(len(points), -1)
-        closest = points.copy()
-        # The nearest proxy first: its exact distance rules out almost all others.
-        active, count = np.arange(len(points)), 1
+        search = _Search(self, points - self._middle, float(max_distance))
+        active, count = np.arange(len(points)), min(FIRST_CORNERS, self._tree.n)
+        first = 0
         while len(active):
-            distance, near = self._tree.query(points[active], k=np.arange(1, count + 1), workers=-1)
-            # A piece can only win if its proxy is nearer than the best so far plus the proxy's own radius.
-            found = np.isfinite(distance)
-            reach = np.where(found, best[active][:, None] + self._radii[np.where(found, near, 0)], 0.0)
-            rows, columns = np.nonzero(distance < reach)
-            self._improve(points, active[rows], self._owners[near[rows, columns]], best, owner, closest)
-            active = active[distance[:, -1] < best[active] + self._largest]
-            count = NEAR_PROXIES if count == 1 else 4 * count
-        best[owner < 0] = np.inf
-        return ClosestPoints(closest, owner, best)
-
-    def _improve(self, points, query, triangle, best, owner, closest):
-        on_triangle = closest_on_triangles(points[query], self._corners[triangle])
-        length = np.linalg.norm(on_triangle - points[query], axis=1)
-        order = np.lexsort((triangle, length, query))  # ties go to the lowest triangle: deterministic
-        first = order[np.unique(query[order], return_index=True)[1]]
-        better = first[length[first] < best[query[first]]]
-        chosen = query[better]
-        best[chosen], owner[chosen], closest[chosen] = length[better], triangle[better], on_triangle[better]
+            rows = max(1, BLOCK // count)
+            active = np.concatenate([search.advance(active[at : at + rows], first, count) for at in range(0, len(active), rows)])
+            if count == self._tree.n:
+                break
+            first, count = count, min(MORE_CORNERS * count, self._tree.n)
+        found = search.owners >= 0
+        closest = np.where(found[:, None], search.closest + self._middle, points)
+        return ClosestPoints(closest, search.owners, np.where(found, np.sqrt(search.squares), np.inf))
 
 
-def _proxies(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points that stand for pieces of (T, 3, 3) triangles: positions (N, 3), radii (N,), triangle of each (N,).
+class _Search:
+    """The best found so far for each query of one call."""
 
-    Pieces are quartered until their radius is no larger than the median triangle's.
+    def __init__(self, index: SurfaceIndex, points: np.ndarray, max_distance: float):
+        self._index, self._points = index, points
+        self._limit = np.sqrt(max_distance**2 + index._widest) * (1 + SLACK)
+        self.squares = np.full(len(points), max_distance**2)
+        self.owners = np.full(len(points), -1)
+        self.closest = points.copy()
+
+    def advance(self, active: np.ndarray, first: int, count: int) -> np.ndarray:
+        """Looks at corners number first..count of the active queries; returns those that need more."""
+        distance, corner = self._index._tree.query(
+            self._points[active], k=np.arange(1, count + 1), distance_upper_bound=self._limit, workers=-1
+        )
+        square = distance**2
+        if first == 0:  # the nearest corner's triangles rule out most of the others
+            self._improve(active, square[:, :1], corner[:, :1])
+            first = 1
+        self._improve(active, square[:, first:], corner[:, first:])
+        return active[square[:, -1] <= self._reach(active, self._index._widest)]
+
+    def _reach(self, query, cover):
+        return (self.squares[query] + cover) * (1 + SLACK)
+
+    def _improve(self, active, square, corner):
+        """Measures to the triangles around (N, k) corners at the given squared distances."""
+        index = self._index
+        rows, columns = np.nonzero(square <= self._reach(active, index._widest)[:, None])
+        corner, square = corner[rows, columns], square[rows, columns]
+        around = index._starts[corner + 1] - index._starts[corner]
+        slot = np.repeat(index._starts[corner] - np.cumsum(around) + around, around) + np.arange(around.sum())
+        query = np.repeat(active[rows], around)
+        near = np.repeat(square, around) <= self._reach(query, index._covers[slot])
+        query, triangle = query[near], index._owners[slot[near]]
+        if len(query):
+            self._measure(query, triangle)
+
+    def _measure(self, query, triangle):
+        planes = self._index._planes[triangle]
+        square, along, across = _closest_in_plane(self._points[query], planes)
+        groups = np.flatnonzero(np.diff(query, prepend=-1))
+        group = np.cumsum(np.diff(query, prepend=-1) > 0) - 1
+        least = np.minimum.reduceat(square, groups)
+        # ties go to the lowest triangle: deterministic
+        lowest = np.minimum.reduceat(np.where(square == least[group], triangle, len(self._index._planes)), groups)
+        best = np.flatnonzero((square == least[group]) & (triangle == lowest[group]))
+        best = best[np.diff(query[best], prepend=-1) > 0]
+        best = best[square[best] < self.squares[query[best]]]
+        chosen = query[best]
+        self.squares[chosen], self.owners[chosen] = square[best], triangle[best]
+        self.closest[chosen] = planes[best, 0:3] + along[best, None] * planes[best, 3:6] + across[best, None] * planes[best, 6:9]
+
+
+def _planes(corners: np.ndarray) -> np.ndarray:
+    """(T, 15) for (T, 3, 3) triangles, each laid flat in its own plane, longest edge from (0, 0) along x.
+
+    Columns: start of that edge (3), its direction (3), the direction across (3), the normal (3), its length, the third corner (2).
+    """
+    start, end, apex = _longest_first(corners)[0].transpose(1, 0, 2)
+    length = np.linalg.norm(end - start, axis=1)
+    along = _unit(end - start, np.array([1.0, 0.0, 0.0]))
+    offset = apex - start
+    x = np.einsum("ij,ij->i", offset, along)
+    # any direction square to the edge serves a triangle without area
+    spare = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across = offset - x[:, None] * along
+    across = _unit(np.where(np.linalg.norm(across, axis=1)[:, None] > np.finfo(float).eps * length[:, None], across, spare), spare)
+    across = _unit(across - np.einsum("ij,ij->i", across, along)[:, None] * along, spare)
+    y = np.einsum("ij,ij->i", offset, across)
+    return np.column_stack([start, along, across, np.cross(along, across), length, x, y])
+
+
+def _unit(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(length > 0, vectors / np.where(length > 0, length, 1.0), otherwise)
+
+
+def _closest_in_plane(points: np.ndarray, planes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Squared distance of each of (N, 3) points to its triangle and the closest point's two coordinates in the plane, each (N,)."""
+    offset = points - planes[:, 0:3]
+    u, v, height = (np.einsum("ij,ij->i", offset, planes[:, at : at + 3]) for at in (3, 6, 9))
+    length, x, y = planes[:, 12:15].T
+    zero = np.zeros_like(u)
+    along, across = np.clip(u, 0.0, length), zero
+    square = (u - along) ** 2 + v**2
+    inside = v >= 0
+    for start, sign in ((zero, 1.0), (length, -1.0)):
+        run = x - start
+        share = np.clip(((u - start) * run + v * y) / np.maximum(run**2 + y**2, np.finfo(float).tiny), 0.0, 1.0)
+        nearer = (u - start - share * run) ** 2 + (v - share * y) ** 2 < square
+        along, across = np.where(nearer, start + share * run, along), np.where(nearer, share * y, across)
+        square = np.where(nearer, (u - along) ** 2 + (v - across) ** 2, square)
+        inside &= sign * ((u - start) * y - v * run) >= 0
+    inside &= y > 0
+    return np.where(inside, 0.0, square) + height**2, np.where(inside, u, along), np.where(inside, v, across)
+
+
+def _longest_first(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3, 3) triangles turned so that their longest edge joins corners 0 and 1, and its (N,) length."""
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    longest = lengths.argmax(axis=1)
+    turned = (longest[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(corners, turned[:, :, None], axis=1), lengths.max(axis=1)
+
+
+def _pieces(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T, 3, 3) triangles cut at the middle of their longest edge until none is large, largest first.
+
+    Returns the pieces (N, 3, 3), the triangle of each (N,) and the longest edge of each (N,).
     """
     owners = np.arange(len(corners))
-    limit = np.median(_radii(corners))
-    done = []
-    for _ in range(MAX_SPLITS):
-        large = _radii(corners) > limit
-        done.append((corners[~large], owners[~large]))
-        corners, owners = corners[large], owners[large]
-        if not len(owners) or limit == 0:
-            break
-        a, b, c = corners.transpose(1, 0, 2)
-        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-        corners = np.concatenate([np.stack(piece, axis=1) for piece in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-        owners = np.tile(owners, 4)
-    done.append((corners, owners))
-    corners = np.concatenate([piece for piece, _ in done])
-    return corners.mean(axis=1), _radii(corners), np.concatenate([owner for _, owner in done])
-
-
-def _radii(corners: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
-
-
-def closest_on_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Closest point of each triangle to its own query.
-
-    points : (N, 3).  corners : (N, 3, 3), corner by row.  Returns (N, 3).
-
-    The projection onto the plane where it falls inside, else the nearest of the three edge projections.
-    """
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    best = np.empty_like(points)
-    best_square = np.full(len(points), np.inf)
-    for start, end in ((a, b), (b, c), (c, a)):
-        along = end - start
-        share = np.einsum("ij,ij->i", points - start, along) / np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
-        candidate = start + np.clip(share, 0.0, 1.0)[:, None] * along
-        square = np.einsum("ij,ij->i", points - candidate, points - candidate)
-        nearer = square < best_square
-        best[nearer], best_square[nearer] = candidate[nearer], square[nearer]
-    ab, ac, ap = b - a, c - a, points - a
-    normal = np.cross(ab, ac)
-    area = np.einsum("ij,ij->i", normal, normal)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        v = np.einsum("ij,ij->i", np.cross(ap, ac), normal) / area
-        w = np.einsum("ij,ij->i", np.cross(ab, ap), normal) / area
-        inside = (area > 0) & (v >= 0) & (w >= 0) & (v + w <= 1)
-    best[inside] = (a + v[:, None] * ab + w[:, None] * ac)[inside]
-    return best
+    corners, longest = _longest_first(corners)
+    fine, most = COARSEST * np.median(longest), MOST_PIECES * len(corners) + SPARE_PIECES
+    while True:
+        large = longest > max(fine, 0.7 * longest.max())
+        if not large.any() or len(corners) + large.sum() > most:
+            return corners, owners, longest
+        start, end, apex = corners[large].transpose(1, 0, 2)
+        middle = (start + end) / 2
+        halves = np.concatenate([np.stack([start, middle, apex], axis=1), np.stack([middle, end, apex], axis=1)])
+        halves, lengths = _longest_first(halves)
+        corners = np.concatenate([corners[~large], halves])
+        owners = np.concatenate([owners[~large], np.tile(owners[large], 2)])
+        longest = np.concatenate([longest[~large], lengths])

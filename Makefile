@@ -1,0 +1,53 @@
+# make help     what there is
+PYTHON ?= $(or $(shell command -v python3.11),python3)
+RUN := PYTHONPATH=. .venv/bin/python
+SAMPLE := sample_scenes/grasp/frames
+DEMO := build/demo
+# bpy and pymeshlab do not share a process well, so tests that need bpy get one of their own.
+BPY_TESTS := tests/blender tests/headless
+PYTEST := $(RUN) -m pytest -q --durations=10
+LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
+	--custom-compile-command "make lock"
+
+.PHONY: help environment demo test lint samples extension lock clean
+
+help:
+	@sed -n 's/^## //p' Makefile
+
+environment:
+	@$(PYTHON) environment/create.py
+
+## make demo       run the whole job on a sample sequence, into build/demo
+demo: environment
+	$(RUN) headless/run.py $(SAMPLE) --output $(DEMO) --preset draft --preview $(DEMO)/preview.png
+	@echo "made:"; find $(DEMO) -type f -not -path '*/cache/*' | sort
+
+## make test       all tests
+test: environment
+	@status=0; \
+	$(PYTEST) tests $(BPY_TESTS:%=--ignore=%) || status=1; \
+	$(PYTEST) $(BPY_TESTS) || status=1; \
+	exit $$status
+
+## make lint       style checks
+lint: environment
+	.venv/bin/ruff check .
+
+## make samples    write the frames in sample_scenes/ again
+samples: environment
+	$(RUN) -m sample_scenes.grasp.generate
+
+## make extension  build/refmesh-VERSION.zip, to be installed in Blender
+extension: environment
+	$(RUN) extension/build.py
+
+## make lock       choose versions and hashes anew from the .in files
+lock:
+	$(PYTHON) -m venv --clear build/lock && build/lock/bin/pip install --quiet uv==0.13.9
+	$(LOCK) --python-version 3.11 environment/requirements.in -o environment/requirements.txt
+	$(LOCK) --python-version 3.11 --no-deps extension/wheels.in -o extension/wheels-cp311.txt
+	$(LOCK) --python-version 3.13 --no-deps extension/wheels.in -o extension/wheels-cp313.txt
+
+## make clean      remove .venv and everything that was built
+clean:
+	rm -rf .venv build wheels

@@ -1,0 +1,167 @@
+"""RefMesh without a window: reads a mesh sequence, runs every step, writes everything to one folder.
+
+    blender -b -P headless/run.py -- INPUT --output OUT [options]
+    python headless/run.py INPUT --output OUT [options]
+
+Everything is done by the operators of the add-on, and the options below are made from theirs. An installed extension
+is used where there is one, else the checkout that this file lies in.
+Exit code: 0 when everything asked for was written, 1 when something failed, 2 when the options are wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+EXIT_FAILED, EXIT_USAGE = 1, 2
+STEPS = ("import_sequence", "run_all")  # the operators whose arguments become options
+RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
+NOT_RESULTS = "cache"  # folder in OUT that only helps the next run
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Says in one line what is wrong; `--help` shows the rest."""
+
+    def error(self, message):
+        self.exit(EXIT_USAGE, f"{message} (--help lists the options)\n")
+
+
+def main() -> int:
+    """Does the job and gives the exit code."""
+    try:
+        import bpy
+    except ImportError:
+        return fail(
+            "the Python package 'bpy' is missing: run 'make demo' once, or use 'blender -b -P headless/run.py -- INPUT --output OUT'"
+        )
+    checkout = register_checkout(bpy)
+    try:
+        arguments = vars(make_parser(bpy).parse_args(own_arguments(bpy)))
+        run(bpy, arguments)
+    except RuntimeError as error:
+        return fail(one_line(error))
+    finally:
+        if checkout:
+            checkout.unregister()  # some versions of bpy crash or hang at their end when handlers are left
+    if not arguments["quiet"]:
+        print(*written(arguments), sep="\n")
+    return 0
+
+
+def fail(message: str) -> int:
+    """Says why there is no result."""
+    print(message, file=sys.stderr)
+    return EXIT_FAILED
+
+
+def register_checkout(bpy):
+    """Registers the add-on of this checkout and gives it; None where an installed extension has registered already."""
+    if "run_all" in dir(bpy.ops.refmesh):
+        return None
+    sys.path.insert(0, str(CHECKOUT))
+    import refmesh_addon
+
+    refmesh_addon.register()
+    return refmesh_addon
+
+
+def own_arguments(bpy) -> list[str]:
+    """What follows `--`, since Blender leaves its own arguments in front; all arguments under plain Python."""
+    if "--" in sys.argv:
+        return sys.argv[sys.argv.index("--") + 1 :]
+    return [] if bpy.app.binary_path else sys.argv[1:]
+
+
+def make_parser(bpy) -> argparse.ArgumentParser:
+    """Options made from the arguments of the operators: name, help, default, bounds and choices."""
+    parser = OneLineParser(prog="run.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+    parser.add_argument("input", metavar="INPUT", help="folder, any one file of a sequence, or a pattern such as 'scan_*.obj'")
+    parser.add_argument("--output", required=True, metavar="OUT", help="folder for everything that is written")
+    for argument in {name: argument for step in reversed(STEPS) for name, argument in operator_arguments(bpy, step).items()}.values():
+        add_option(parser, argument)
+    formats = bpy.ops.refmesh.export.get_rna_type().properties["format"].enum_items
+    parser.add_argument(
+        "--export", action="append", default=[], choices=formats.keys(), help=f"{choices_in_words(formats)}; may be repeated"
+    )
+    parser.add_argument("--preview", metavar="FILE.png", help="picture of source, reference mesh and result")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
+    return parser
+
+
+def operator_arguments(bpy, name: str) -> dict:
+    """name -> RNA property of each argument of an operator that becomes an option."""
+    properties = getattr(bpy.ops.refmesh, name).get_rna_type().properties
+    return {item.identifier: item for item in properties if not (item.is_hidden or item.type == "POINTER" or item.identifier in RENAMED)}
+
+
+def add_option(parser: argparse.ArgumentParser, argument) -> None:
+    """The option for one argument; one that is not given is not passed, so that a preset can decide."""
+    option = {"dest": argument.identifier, "default": argparse.SUPPRESS, "help": argument.description.replace("%", "%%")}
+    if argument.type == "BOOLEAN":
+        option["action"] = argparse.BooleanOptionalAction
+    elif argument.type == "ENUM":
+        option |= {"choices": argument.enum_items.keys(), "help": f"{option['help']}: {choices_in_words(argument.enum_items)}"}
+    elif argument.type in ("INT", "FLOAT"):
+        option |= {"type": number_within(argument), "metavar": "N"}
+    else:
+        option["metavar"] = "TEXT"
+    if argument.type != "STRING":
+        option["help"] += f" (default: {argument.default:.6g})" if argument.type == "FLOAT" else f" (default: {argument.default})"
+    parser.add_argument("--" + argument.identifier.replace("_", "-"), **option)
+
+
+def number_within(argument):
+    """A converter for the option's text that keeps to the argument's bounds; Blender itself would move a value silently."""
+    low, high = argument.hard_min, argument.hard_max
+
+    def convert(text: str) -> float:
+        try:
+            value = int(text) if argument.type == "INT" else float(text)
+        except ValueError:
+            value = None
+        if value is None or not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"'{text}' is not a number from {low:g} to {high:g}")
+        return value
+
+    return convert
+
+
+def choices_in_words(items) -> str:
+    """Each choice and what it means."""
+    return "; ".join(f"{item.identifier}: {item.description}" for item in items).replace("%", "%%")
+
+
+def run(bpy, arguments: dict) -> None:
+    """All steps, by operators and nothing else. Raises RuntimeError when one fails."""
+    operators = bpy.ops.refmesh
+    output = os.path.abspath(arguments["output"])
+    passed = {step: {name: arguments[name] for name in operator_arguments(bpy, step) if name in arguments} for step in STEPS}
+    operators.import_sequence(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_sequence"])
+    operators.run_all(output=output, quiet=arguments["quiet"], **passed["run_all"])
+    for kind in arguments["export"]:
+        operators.export(format=kind)
+    if arguments["preview"]:
+        operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
+    operators.save_scene(filepath=os.path.join(output, "scene.blend"))
+
+
+def written(arguments: dict) -> list[str]:
+    """The results, as paths that can be opened from here."""
+    output = Path(arguments["output"])
+    files = sorted(path for path in output.rglob("*") if path.is_file() and NOT_RESULTS not in path.relative_to(output).parts)
+    preview = [Path(arguments["preview"])] if arguments["preview"] else []
+    return list(dict.fromkeys(str(path) for path in files + preview))
+
+
+def one_line(error: RuntimeError) -> str:
+    """The message of an operator without what Blender puts around it."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    reports = [line.removeprefix("Error: ") for line in lines if line.startswith("Error: ")]
+    return (reports or lines or ["failed without a message"])[0]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

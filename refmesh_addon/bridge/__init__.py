@@ -1,0 +1,1 @@
+"""The only place where numpy arrays become Blender data and back."""

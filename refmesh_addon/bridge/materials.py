@@ -1,0 +1,62 @@
+"""The few materials of the add-on; one that is already there under its name is the user's and stays as it is."""
+
+from __future__ import annotations
+
+import bpy
+
+SOURCE_COLOR = (0.35, 0.36, 0.38, 1.0)
+REFERENCE_COLOR = (0.80, 0.42, 0.12, 1.0)
+DEFORMED_COLOR = (0.16, 0.38, 0.70, 1.0)
+ROUGHNESS = 0.7  # captures look best without highlights that hide their shape
+
+
+def plain_material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
+    """A material of one linear colour, also for the solid view."""
+    found = bpy.data.materials.get(name)
+    return found or _new_material(name, color)
+
+
+def attribute_material(name: str, attribute: str) -> bpy.types.Material:
+    """A material that takes its colour from a colour attribute."""
+    found = bpy.data.materials.get(name)
+    if found:
+        return found
+    material = _new_material(name, (1.0, 1.0, 1.0, 1.0))
+    reader = material.node_tree.nodes.new("ShaderNodeAttribute")
+    reader.attribute_name = attribute
+    reader.location = (-250.0, 250.0)
+    material.node_tree.links.new(reader.outputs["Color"], _surface(material).inputs["Base Color"])
+    return material
+
+
+def glowing_material(name: str, color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0), attribute: str = "") -> bpy.types.Material:
+    """A material that shows one linear colour, or a colour attribute, whatever the light."""
+    material = attribute_material(name, attribute) if attribute else plain_material(name, (0.0, 0.0, 0.0, 1.0))
+    surface = _surface(material)
+    emission, base = surface.inputs["Emission Color"], surface.inputs["Base Color"]
+    emission.default_value, base.default_value = color, (0.0, 0.0, 0.0, 1.0)
+    surface.inputs["Emission Strength"].default_value, surface.inputs["Specular IOR Level"].default_value = 1.0, 0.0
+    if base.links:
+        material.node_tree.links.new(base.links[0].from_socket, emission)
+        material.node_tree.links.remove(base.links[0])
+    return material
+
+
+def enable_nodes(owner: bpy.types.Material | bpy.types.World) -> None:
+    """Gives it a node tree; from Blender 5.0 it always has one."""
+    if bpy.app.version < (5, 0):
+        owner.use_nodes = True
+
+
+def _new_material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    enable_nodes(material)
+    surface = _surface(material)
+    surface.inputs["Base Color"].default_value = color
+    surface.inputs["Roughness"].default_value = ROUGHNESS
+    material.diffuse_color = color
+    return material
+
+
+def _surface(material: bpy.types.Material) -> bpy.types.ShaderNode:
+    return next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")

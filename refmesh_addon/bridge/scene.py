@@ -1,0 +1,77 @@
+"""What concerns the scene as a whole: timeline, emptying, saving."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+from ..core.check import RefMeshError
+
+
+def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0) -> None:
+    """Frame range from `first` to `last`, the first frame shown, and the frame rate unless it is 0."""
+    scene.frame_start, scene.frame_end = first, last
+    if fps > 0:
+        # Blender holds 29.97 as 30 frames in 1.001 seconds.
+        scene.render.fps = max(1, round(fps))
+        scene.render.fps_base = scene.render.fps / fps
+    scene.frame_set(first)
+
+
+@contextmanager
+def timeline(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
+    """The frame range inside the block; range and current frame are as before afterwards."""
+    before = scene.frame_start, scene.frame_end, scene.frame_current
+    # Blender keeps start <= end, so the start is first moved out of the way.
+    scene.frame_start, scene.frame_end = first, last
+    try:
+        yield
+    finally:
+        scene.frame_start, scene.frame_end = before[:2]
+        scene.frame_set(before[2])
+
+
+def empty_scene() -> None:
+    """Removes everything that a scene shows, and what only that used."""
+    for kind in (bpy.data.objects, bpy.data.collections):
+        bpy.data.batch_remove(list(kind))
+    bpy.data.orphans_purge(do_recursive=True)
+
+
+def save_scene(path: Path) -> None:
+    """Saves the .blend; files that lie beside it are named relative to it, so that the folder can be moved.
+
+    Raises RefMeshError, naming the file, when it cannot be written.
+    """
+    filepaths = bpy.context.preferences.filepaths
+    versions, filepaths.save_version = filepaths.save_version, 0  # no scene.blend1 among the results
+    paths = _sequence_paths()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for item, name, value in paths:
+            setattr(item, name, _relative(value, path.parent))
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), relative_remap=True, check_existing=False)
+    except (OSError, RuntimeError) as error:
+        for item, name, value in paths:
+            setattr(item, name, value)
+        raise RefMeshError(f"{path}: the scene cannot be saved ({str(error).strip()}); choose another place") from error
+    finally:
+        filepaths.save_version = versions
+
+
+def _sequence_paths() -> list[tuple]:
+    """(holder, name of the property, value) of each path that a sequence remembers."""
+    states = [candidate.refmesh for candidate in bpy.data.objects if candidate.refmesh.frames]
+    holders = [(state, name) for state in states for name in ("source", "output")]
+    holders += [(frame, "path") for state in states for frame in state.frames]
+    return [(holder, name, getattr(holder, name)) for holder, name in holders if getattr(holder, name)]
+
+
+def _relative(path: str, folder: Path) -> str:
+    try:
+        return bpy.path.relpath(bpy.path.abspath(path), start=str(folder))
+    except ValueError:  # another drive on Windows
+        return path

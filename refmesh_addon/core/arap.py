@@ -1,0 +1,218 @@
+"""As-rigid-as-possible deformation with smooth rotations (Levi & Gotsman 2015; the paper, deformation re-meshing).
+
+The energy of positions p' and one rotation R_i for each vertex, against the rest positions p:
+
+    sum over i, j in N(i):  w_ij |(p'_i - p'_j) - R_i (p_i - p_j)|^2  +  alpha A |R_i - R_j|^2
+    + sum over constraints: weight_k |b_k p' - target_k|^2            (soft; hard ones are met exactly)
+    + HOLD * sum over vertices of components without any constraint: |p'_i - start_i|^2
+
+w are cotangent weights, A is the surface area and alpha the smoothness: both terms are areas, so the balance does not
+depend on the scale, and since |R_i - R_j|^2 shrinks like the squared edge length while the number of edges grows, it
+does not depend on the number of triangles either. On the boundary of an open mesh the second term counts half.
+
+Rotations and positions are minimised in turn. Each turn minimises or lowers the energy exactly, so it never rises.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from .cotangent import cotangent_weights, triangle_adjacency
+from .geometry import triangle_areas, vertex_components
+from .smooth_rotations import SmoothRotations
+from .types import TriangleMesh, _FrozenArrays
+
+# Pull of components without constraints towards where they start: it decides their place and must not decide their shape.
+HOLD = 1e-3
+
+
+@dataclass(frozen=True)
+class Deformation(_FrozenArrays):
+    """vertices : (R, 3) scene units.  rotations : (R, 3, 3).  energies : (iterations + 1,) scene units squared, from the start on."""
+
+    vertices: np.ndarray
+    rotations: np.ndarray
+    energies: np.ndarray
+
+
+class ArapSolver:
+    """Built once from a reference mesh, asked for many deformations of it.
+
+    mesh : the rest shape; several components and vertices without triangles are allowed.
+    smoothness : alpha, no unit, 0 for plain as-rigid-as-possible.
+    Raises ValueError for a negative smoothness.
+    """
+
+    def __init__(self, mesh: TriangleMesh, smoothness: float = 0.01):
+        if not smoothness >= 0:
+            raise ValueError(f"smoothness must be 0 or more; got {smoothness}")
+        self.mesh = mesh
+        self.weights = cotangent_weights(mesh)
+        self.degrees = _row_sums(self.weights)
+        self.laplacian = (sparse.diags(self.degrees) - self.weights).tocsr()
+        centred = mesh.vertices - mesh.vertices.mean(axis=0)
+        spread = 2.0 * _dot(centred, self.laplacian @ centred) - self.laplacian @ _dot(centred, centred)
+        self.local_step = SmoothRotations(triangle_adjacency(mesh), smoothness * float(triangle_areas(mesh).sum()), spread)
+        self.component_count, self.components = vertex_components(mesh)
+        self._last: tuple[bytes, ArapSystem] | None = None
+
+    def deform(
+        self, handles: np.ndarray, targets: np.ndarray, start: np.ndarray, weight: float | np.ndarray = 1.0, iterations: int = 10
+    ) -> Deformation:
+        """Moves the handles to their targets and everything else as rigidly as possible.
+
+        handles : (K,) distinct vertex indices.  targets : (K, 3) scene units.  start : (R, 3) first guess.
+        weight : one number or (K,), no unit, in cotangent weights (an edge of a regular mesh has 0.58); inf for hard handles.
+        The factorisation is kept for the next call with the same handles and weights.
+        Raises ValueError for shapes, indices or weights that do not fit.
+        """
+        handles = np.asarray(handles, dtype=np.int64)
+        weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), handles.shape)
+        targets = np.asarray(targets, dtype=np.float64)
+        self._check_handles(handles, targets, weights)
+        key = handles.tobytes() + weights.tobytes()
+        if self._last is None or self._last[0] != key:
+            hard = np.isinf(weights)
+            selection = sparse.identity(len(self.mesh.vertices), format="csr")[handles[~hard]]
+            self._last = key, self.system(selection, weights[~hard], handles[hard])
+        hard = np.isinf(weights)
+        return self._last[1].solve(targets[~hard], start, iterations, fixed_targets=targets[hard])
+
+    def system(self, rows: sparse.spmatrix, weights: np.ndarray, fixed: np.ndarray = ()) -> ArapSystem:
+        """The factorised system for constraints on points of the surface.
+
+        rows : (K, R) sparse, each row the barycentric weights of one constrained point.  weights : (K,) no unit.
+        fixed : vertices met exactly.
+        """
+        return ArapSystem(self, sparse.csr_matrix(rows), np.asarray(weights, dtype=np.float64), np.asarray(fixed, dtype=np.int64))
+
+    def _check_handles(self, handles: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> None:
+        count = len(self.mesh.vertices)
+        if handles.ndim != 1 or len(np.unique(handles)) != len(handles):
+            raise ValueError(f"handles must be a list of distinct vertices; got {handles.shape} with {len(np.unique(handles))} distinct")
+        if len(handles) and (handles.min() < 0 or handles.max() >= count):
+            raise ValueError(f"handles must be from 0 to {count - 1}; got {handles.min()} to {handles.max()}")
+        if targets.shape != (len(handles), 3):
+            raise ValueError(f"targets must be ({len(handles)}, 3) to match the handles; got {targets.shape}")
+        if not np.all(weights > 0):
+            raise ValueError(f"weight must be above 0; got {weights.min()}")
+
+
+class ArapSystem:
+    """One set of constraints, factorised: solved for as many targets as wanted."""
+
+    def __init__(self, solver: ArapSolver, rows: sparse.csr_matrix, weights: np.ndarray, fixed: np.ndarray):
+        self.solver, self.fixed = solver, fixed
+        self.rows, self.weights = rows, weights
+        self.pull = rows.multiply(weights[:, None]).T.tocsr()
+        self.hold = HOLD * ~self._reached()
+        self.free = np.setdiff1d(np.arange(len(solver.components)), fixed)
+        matrix = (2.0 * solver.laplacian + self.pull @ rows + sparse.diags(self.hold)).tocsr()[self.free]
+        self.coupling = matrix[:, fixed]
+        # Symmetric positive definite: no pivoting is needed, and the ordering for A + A^T fills in least.
+        self.factor = splu(matrix[:, self.free].tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+    def solve(self, targets: np.ndarray, start: np.ndarray, iterations: int, **options) -> Deformation:
+        """Local and global steps in turn, `iterations` of each after a first local step.
+
+        targets : (K, 3) of the constrained points.  start : (R, 3).
+        options : `fixed_targets` (len(fixed), 3); `rest` (R, 3), a rest shape other than the mesh's own.
+        """
+        state = _State(self, targets, np.asarray(start, dtype=np.float64), **options)
+        energies = [state.turn()]
+        for _ in range(iterations):
+            state.move()
+            energies.append(state.turn())
+        return Deformation(state.positions + state.origin, state.rotations.reshape(-1, 3, 3), np.array(energies))
+
+    def _reached(self) -> np.ndarray:
+        """(R,) bool, whether the vertex's component has a constraint."""
+        used = np.zeros(self.solver.component_count, dtype=bool)
+        used[self.solver.components[self.rows.indices]] = True
+        used[self.solver.components[self.fixed]] = True
+        return used[self.solver.components]
+
+
+class _State:
+    """Positions and rotations on their way down. Kept about the start's centre, so that far-away coordinates lose no digits."""
+
+    def __init__(
+        self,
+        system: ArapSystem,
+        targets: np.ndarray,
+        start: np.ndarray,
+        fixed_targets: np.ndarray | None = None,
+        rest: np.ndarray | None = None,
+    ):
+        self.system, self.solver = system, system.solver
+        rest = self.solver.mesh.vertices if rest is None else rest
+        if start.shape != rest.shape:
+            raise ValueError(f"start must be {rest.shape} to match the mesh; got {start.shape}")
+        self.origin = start.mean(axis=0)
+        self.start = start - self.origin
+        self.targets = targets - self.origin
+        self.rest = rest - rest.mean(axis=0)
+        self.rest_laplacian = self.solver.laplacian @ self.rest
+        self.rest_size = 2.0 * np.vdot(self.rest, self.rest_laplacian)
+        self.positions = self.start.copy()
+        if fixed_targets is not None:
+            self.positions[system.fixed] = fixed_targets - self.origin
+        self.pulled = system.pull @ self.targets + system.hold[:, None] * self.start
+        self.rotations = None
+
+    def turn(self) -> float:
+        """Local step: rotations for these positions; returns the energy after it."""
+        covariance = self._covariance()
+        self.rotations = self.solver.local_step.lowered(self.rotations, covariance)
+        return self._energy(covariance)
+
+    def move(self) -> None:
+        """Global step: the positions that minimise the energy for these rotations."""
+        system, free = self.system, self.system.free
+        right = (2.0 * self._rotated_laplacian() + self.pulled)[free] - system.coupling @ self.positions[system.fixed]
+        self.positions[free] = system.factor.solve(right)
+
+    def _covariance(self) -> np.ndarray:
+        """(R, 9) sums over j of w_ij (p'_i - p'_j)(p_i - p_j)^T, from moments: no array over the edges."""
+        weights, after, before = self.solver.weights, self.positions, self.rest
+        products = _outer(after, before)
+        sums = weights @ np.hstack([products, after])
+        near_before = self.solver.degrees[:, None] * before - self.rest_laplacian
+        return sums[:, :9] + self.solver.degrees[:, None] * products - _outer(after, near_before) - _outer(sums[:, 9:], before)
+
+    def _rotated_laplacian(self) -> np.ndarray:
+        """(R, 3) sums over j of w_ij (R_i + R_j)/2 (p_i - p_j)."""
+        sums = self.solver.weights @ np.hstack([self.rotations, _applied(self.rotations, self.rest)])
+        return 0.5 * (_applied(self.rotations, self.rest_laplacian) + _applied(sums[:, :9], self.rest) - sums[:, 9:])
+
+    def _energy(self, covariance: np.ndarray) -> float:
+        solver, system = self.solver, self.system
+        size = 2.0 * np.vdot(self.positions, solver.laplacian @ self.positions)
+        rigid = size + self.rest_size - 2.0 * np.vdot(self.rotations, covariance)
+        smooth = solver.local_step.beta * solver.local_step.roughness(self.rotations)
+        missed = np.square(system.rows @ self.positions - self.targets).sum(axis=1)
+        strayed = np.square(self.positions - self.start).sum(axis=1)
+        return float(rigid + smooth + system.weights @ missed + system.hold @ strayed)
+
+
+def _row_sums(matrix: sparse.spmatrix) -> np.ndarray:
+    return np.asarray(matrix.sum(axis=1)).ravel()
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) dot products of (N, 3) rows."""
+    return np.einsum("ij,ij->i", a, b)
+
+
+def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N, 9) row-major outer products of (N, 3) rows."""
+    return (a[:, :, None] * b[:, None, :]).reshape(-1, 9)
+
+
+def _applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """(N, 9) row-major matrices times (N, 3) vectors."""
+    return np.einsum("nij,nj->ni", matrices.reshape(-1, 3, 3), vectors)

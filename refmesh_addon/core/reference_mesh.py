@@ -1,0 +1,44 @@
+"""What surrounds the surface reconstruction: how many points, how deep, and which pieces of the result count."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .geometry import sample_surface, triangle_areas, triangle_normals, vertex_components
+from .types import TriangleMesh
+
+POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each triangle of the budget
+SURPLUS = 1.5  # triangles that the reconstruction should have for each triangle of the budget, so that detail survives
+PADDING = 1.1  # the octree's side against the longest side of the points
+DEPTHS = (5, 11)
+NEAR = 0.5  # distance, in s, within which a point supports a vertex of the reconstruction
+LEAST_SUPPORT = 0.5  # share of a component's vertices that must be supported, or it is a bubble of the reconstruction
+
+
+def oriented_points(mesh: TriangleMesh, whole: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """`count` points spread over the triangles marked in (T,) `whole`, and their normals, both (count, 3)."""
+    surface = TriangleMesh(mesh.vertices, mesh.triangles[whole])
+    points, owners = sample_surface(surface, count, rng)
+    return points, triangle_normals(surface)[owners]
+
+
+def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:
+    """Octree depth at which the reconstruction of `surface` has more triangles than the budget, but not many more.
+
+    A cell of side c crosses the surface about once per c^2 of area and leaves about two triangles there.
+    """
+    area = float(triangle_areas(surface).sum())
+    side = PADDING * float(np.ptp(surface.vertices, axis=0).max())
+    depth = np.ceil(np.log2(side * np.sqrt(SURPLUS * triangles / (2 * area))))
+    return int(np.clip(depth, *DEPTHS))
+
+
+def supported(mesh: TriangleMesh, points: np.ndarray, spacing: float) -> TriangleMesh:
+    """The mesh without components that hardly any of the (P, 3) points lies near: bubbles, not bodies."""
+    count, component = vertex_components(mesh)
+    distance = cKDTree(points).query(mesh.vertices, distance_upper_bound=NEAR * spacing)[0]
+    share = np.bincount(component, np.isfinite(distance), count) / np.bincount(component, minlength=count)
+    kept = share[component] >= LEAST_SUPPORT
+    used = np.cumsum(kept) - 1
+    return TriangleMesh(mesh.vertices[kept], used[mesh.triangles[kept[mesh.triangles[:, 0]]]])

@@ -1,0 +1,105 @@
+"""Pulls a deformed reference onto the source surface, beyond the paper: ARAP with closest-point constraints in rounds.
+
+Every round pairs vertices with the source and source points with the reference (both ways, so that thin parts which were
+missed are reached), and solves the ARAP system with those pairs as soft constraints. Pull grows and limits tighten from
+round to round. The rest shape is the start itself, not the reference mesh: what is kept is the shape that was carried
+here, so that a surface which truly stretches is not made to slide. A closest point lies straight above or below, so the
+constraint also holds a vertex where it is along the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from .arap import ArapSolver, Deformation
+from .closest_point import SurfaceIndex
+from .correspondence import Compatible, Correspondence, Limits, Pairs
+from .geometry import triangle_areas, triangle_normals
+from .progress import Progress, ignore
+from .settings import DeformationSettings
+from .types import TriangleMesh, _FrozenArrays
+
+# Each from the first to the last round, in equal ratios.
+PULL = (1.0, 300.0)  # weight of a pair, where an edge of a regular mesh weighs 0.58; the last leaves noise, not misfit, to ARAP
+REACH = (0.04, 0.015)  # farthest partner as a share of the square root of the area: some 5 and 2 edges of a 20k-vertex body
+COSINE = (0.3, 0.5)  # least agreement of the two normals: 73 and 60 degrees
+
+# A vertex at a triangle that folded over loses this share of its pull and gains it back by doubling, round by round.
+FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
+
+
+@dataclass(frozen=True)
+class FitResult(_FrozenArrays):
+    """vertices : (R, 3) scene units.
+    residuals : (rounds,) mean distance of the pairs before each round, scene units; 0 where there is no pair.
+    held : (R,) bool, True where no pair touched the vertex in the last round and ARAP alone decided.
+    """
+
+    vertices: np.ndarray
+    residuals: np.ndarray
+    held: np.ndarray
+
+
+def fit_surface(
+    solver: ArapSolver,
+    start: np.ndarray,
+    source: SurfaceIndex,
+    settings: DeformationSettings,
+    compatible: Compatible | None = None,
+    progress: Progress = ignore,
+) -> FitResult:
+    """The deformation near `start` that lies on the source.
+
+    start : (R, 3) deformed reference, scene units, off the source by a few edge lengths at most.
+    compatible : (vertex ids, triangle ids) -> bool for each pair; pairs it refuses never pull, so a contact is not crossed.
+    Uses `settings.fit_rounds`; 0 gives the start back. Raises ValueError where start does not match the solver's mesh.
+    """
+    mesh = solver.mesh.moved(np.asarray(start, dtype=np.float64))
+    rest, size = mesh, np.sqrt(triangle_areas(mesh).sum())
+    correspondence = Correspondence(source, mesh, compatible)
+    trust, touched = np.ones(len(start)), np.zeros(len(start), dtype=bool)
+    residuals = np.zeros(settings.fit_rounds)
+    for number in range(settings.fit_rounds):
+        pull, reach, cosine = (_between(ends, number, settings.fit_rounds) for ends in (PULL, REACH, COSINE))
+        limits = Limits(reach * size, cosine)
+        pairs = correspondence.from_reference(mesh, limits), correspondence.from_source(mesh, limits)
+        distances = np.concatenate([side.distances for side in pairs])
+        residuals[number] = distances.mean() if len(distances) else 0.0
+        deformation, touched = _solve(solver, pairs, pull * trust, mesh, rest)
+        mesh = mesh.moved(deformation.vertices)
+        trust = np.where(_folded(mesh, rest, deformation.rotations), FOLD_TRUST * trust, np.minimum(TRUST_GROWTH * trust, 1.0))
+        progress((number + 1) / settings.fit_rounds)
+    return FitResult(mesh.vertices, residuals, ~touched)
+
+
+def _solve(
+    solver: ArapSolver, sides: tuple[Pairs, Pairs], pull: np.ndarray, mesh: TriangleMesh, rest: TriangleMesh
+) -> tuple[Deformation, np.ndarray]:
+    """One global step with the pairs of both sides, `pull` (R,) for each vertex, and the (R,) bool of vertices in a pair."""
+    count = len(pull)
+    weights = [pull[side.corners].min(axis=1, initial=np.inf) for side in sides]
+    weights[1] *= min(1.0, count / max(len(sides[1].corners), 1))  # a dense source must not outweigh its own smoothness
+    rows = sparse.vstack([side.rows(count) for side in sides]).tocsr()
+    system = solver.system(rows, np.concatenate(weights))
+    deformation = system.solve(np.concatenate([side.targets for side in sides]), mesh.vertices, 1, rest=rest.vertices)
+    touched = np.zeros(count, dtype=bool)
+    touched[rows.indices] = True
+    return deformation, touched
+
+
+def _folded(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
+    """(R,) bool, whether a triangle at the vertex points away from where its vertices' rotations turned it."""
+    turned = np.einsum("tij,tj->ti", rotations[mesh.triangles].mean(axis=1), triangle_normals(rest))
+    folded = np.einsum("ij,ij->i", turned, triangle_normals(mesh)) < 0
+    result = np.zeros(len(mesh.vertices), dtype=bool)
+    result[mesh.triangles[folded]] = True
+    return result
+
+
+def _between(ends: tuple[float, float], number: int, count: int) -> float:
+    """Value of round `number` of `count`, in equal ratios; a single round has the last."""
+    share = number / (count - 1) if count > 1 else 1.0
+    return ends[0] * (ends[1] / ends[0]) ** share

@@ -1,0 +1,80 @@
+"""Files that are complete or absent: everything is written beside its place and moved there when it is whole."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from ..core.check import RefMeshError
+
+PARTIAL_SUFFIX = ".partial"  # of a file that is still being written; what a killed run leaves is removed by the next
+
+
+@contextmanager
+def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
+    """A binary file to write to, which appears at `path` when the block ends and not at all when it fails.
+
+    Raises RefMeshError, naming the file, when it cannot be written (no permission, disk full).
+    """
+    path = Path(path)
+    partial = path.with_name(path.name + PARTIAL_SUFFIX)
+    try:
+        with open(partial, "wb") as file:
+            yield file
+        os.replace(partial, path)
+    except BaseException as error:
+        partial.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise RefMeshError(f"{path}: cannot be written ({error.strerror or error})") from error
+        raise
+
+
+def output_folder(path: str | Path) -> Path:
+    """Makes the folder, and its parents, if need be; removes the partial files that a killed run left in it.
+
+    Raises RefMeshError, naming the folder, when it cannot be made or written to.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        for partial in path.glob("*" + PARTIAL_SUFFIX):
+            partial.unlink()
+        probe = path / ("write-test" + PARTIAL_SUFFIX)
+        probe.write_bytes(b"")
+        probe.unlink()
+    except OSError as error:
+        raise RefMeshError(f"{path}: the output folder cannot be written to ({error.strerror or error}); choose another") from error
+    return path
+
+
+def write_npz(path: str | Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Named arrays as an .npz; the same arrays give the same bytes (numpy stamps its entries 1980)."""
+    with atomic_file(path) as file:
+        np.savez(file, **arrays)
+
+
+def read_npz(path: str | Path) -> dict[str, np.ndarray]:
+    """The arrays of an .npz, all in memory. Raises OSError, ValueError or zipfile.BadZipFile when it is missing or broken."""
+    with np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def write_json(path: str | Path, data: object) -> None:
+    """Indented UTF-8 JSON in the order given; numpy numbers and arrays are taken. Raises ValueError for NaN or infinity."""
+    text = json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False, default=_plain)
+    with atomic_file(path) as file:
+        file.write(text.encode("utf-8") + b"\n")
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")

@@ -1,0 +1,56 @@
+"""Choices of frames in words: "6-10,14"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..core.check import RefMeshError
+
+RANGES_SHOWN = 6  # ranges that fit into a message of one line
+
+
+@dataclass(frozen=True)
+class FrameRange:
+    """The numbers from `first` to `last`, both included."""
+
+    first: int
+    last: int
+
+    def __contains__(self, number: int) -> bool:
+        return self.first <= number <= self.last
+
+
+def parse_ranges(text: str) -> tuple[FrameRange, ...]:
+    """The ranges that "6-10,14" names; () for an empty text.
+
+    Raises RefMeshError, quoting the part that is not a number or a rising range.
+    """
+    if not text.strip():
+        return ()
+    return tuple(_parse_range(part.strip(), text) for part in text.split(","))
+
+
+def _parse_range(part: str, text: str) -> FrameRange:
+    match = re.fullmatch(r"([0-9]+)(?:\s*-\s*([0-9]+))?", part)
+    if not match:
+        raise RefMeshError(f"--frames '{text}': '{part}' is not a frame or a range; write numbers as in 6-10 or 6-10,14")
+    first, last = int(match[1]), int(match[2] or match[1])
+    if first > last:
+        raise RefMeshError(f"--frames '{text}': '{part}' runs backwards; write {last}-{first}")
+    return FrameRange(first, last)
+
+
+def in_words(numbers: Iterable[int]) -> str:
+    """Numbers as ranges in rising order, "5-14, 20"; only the first few and the last where there are many."""
+    ranges: list[list[int]] = []
+    for number in sorted(numbers):
+        if ranges and number == ranges[-1][1] + 1:
+            ranges[-1][1] = number
+        else:
+            ranges.append([number, number])
+    words = [str(first) if first == last else f"{first}-{last}" for first, last in ranges]
+    if len(words) > RANGES_SHOWN:
+        words[RANGES_SHOWN - 1 : -1] = ["..."]
+    return ", ".join(words)

@@ -1,0 +1,165 @@
+"""report.json: what a run made, in the form that other tools read."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+import tomllib
+from dataclasses import asdict, dataclass, field
+from importlib import metadata
+from pathlib import Path
+
+from ..core.check import RefMeshError
+from ..core.settings import Settings
+from .files import write_json
+from .sequence import Sequence
+
+SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not raise it
+REPORT_NAME = "report.json"
+PACKAGES = ("numpy", "scipy", "trimesh", "pymeshlab")
+_MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances from one surface to another, as shares of the source frame's bounding-box diagonal."""
+
+    mean: float
+    rms: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class GroupReport:
+    """One group of frames and its reference mesh.
+
+    frames : numbers.  anchor : number.  reference, playback : paths relative to the output folder; playback is None until
+    the group is deformed.  iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
+    frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
+    """
+
+    index: int
+    frames: tuple[int, ...]
+    anchor: int
+    reference: str
+    triangles: int
+    components: int
+    watertight: bool
+    stress: float
+    iou_before: float
+    iou_after: float
+    frame_iou_before: tuple[float, ...]
+    frame_iou_after: tuple[float, ...]
+    self_intersections: int
+    playback: str | None = None
+
+
+@dataclass(frozen=True)
+class FrameReport:
+    """One deformed frame; the distances are None until it is evaluated.
+
+    deformed : path relative to the output folder.  d1_psnr, d2_psnr : decibel, infinite where the surfaces are equal.
+    """
+
+    number: int
+    group: int
+    deformed: str
+    source_to_deformed: Distances | None = None
+    deformed_to_source: Distances | None = None
+    d1_psnr: float | None = None
+    d2_psnr: float | None = None
+
+
+@dataclass
+class Report:
+    """Filled stage by stage and written after each.
+
+    seconds : stage -> time it took.  bbox_diagonal : of the whole sequence, scene units.  tracking : figures of the
+    volume tracking.  centers_playback : path relative to the output folder.
+    """
+
+    input: str
+    sequence: Sequence
+    settings: Settings
+    bbox_diagonal: float = 0.0
+    centers_playback: str | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+    tracking: dict[str, object] = field(default_factory=dict)
+    groups: list[GroupReport] = field(default_factory=list)
+    frames: list[FrameReport] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def to_dict(self) -> dict[str, object]:
+        """The report as JSON holds it. An infinite PSNR, which JSON cannot hold, becomes null."""
+        return {
+            "schema": SCHEMA,
+            "input": self.input,
+            "sequence": _sequence_entry(self.sequence),
+            "settings": self.settings.to_flat(),
+            "versions": versions(),
+            "seconds": {stage: round(seconds, 3) for stage, seconds in self.seconds.items()},
+            "bbox_diagonal": self.bbox_diagonal,
+            "centers_playback": self.centers_playback,
+            "tracking": self.tracking,
+            "groups": [_group_entry(group) for group in self.groups],
+            "frames": [_frame_entry(frame) for frame in self.frames],
+            "warnings": self.warnings,
+        }
+
+    def write(self, output: str | Path) -> Path:
+        """Writes report.json into the output folder and gives its path. Raises ValueError for a figure that is not finite."""
+        path = Path(output) / REPORT_NAME
+        write_json(path, self.to_dict())
+        return path
+
+
+def read_report(output: str | Path) -> dict[str, object]:
+    """The report of an output folder. Raises RefMeshError, naming the file, when it is missing, broken or of another schema."""
+    path = Path(output) / REPORT_NAME
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+        schema = report["schema"]
+    except OSError as error:
+        raise RefMeshError(f"{path}: no report there ({error.strerror}); run RefMesh on this folder first") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise RefMeshError(f"{path}: the report is damaged; run RefMesh on this folder again") from error
+    if schema != SCHEMA:
+        raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")
+    return report
+
+
+def versions() -> dict[str, str | None]:
+    """Of RefMesh, Python and the packages; None for one that is not there. Imports none of them."""
+    found: dict[str, str | None] = {"refmesh": _own_version(), "python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = None
+    return found
+
+
+def _own_version() -> str | None:
+    try:
+        return tomllib.loads(_MANIFEST.read_text(encoding="utf-8"))["version"]
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def _sequence_entry(sequence: Sequence) -> dict[str, object]:
+    files = [frame.path.name for frame in sequence.frames]
+    return {"name": sequence.name, "numbers": list(sequence.numbers), "gaps": list(sequence.gaps), "files": files}
+
+
+def _group_entry(group: GroupReport) -> dict[str, object]:
+    return {name: value for name, value in asdict(group).items() if value is not None}
+
+
+def _frame_entry(frame: FrameReport) -> dict[str, object]:
+    entry = {name: value for name, value in asdict(frame).items() if value is not None}
+    for name in ("d1_psnr", "d2_psnr"):
+        if math.isinf(entry.get(name, 0.0)):
+            entry[name] = None
+    return entry

@@ -1,0 +1,68 @@
+"""What every operator shares: errors as reports, and the sequence it works on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+
+import bpy
+
+from ..core.check import RefMeshError
+from ..properties import sequence_object
+
+
+def reporting(execute: Callable) -> Callable:
+    """Turns an error that is meant for a person into an ERROR report, which reaches scripts as RuntimeError."""
+
+    @wraps(execute)
+    def wrapped(self, context):
+        try:
+            return execute(self, context)
+        except RefMeshError as error:
+            self.report({"ERROR"}, str(error))
+        except ModuleNotFoundError as error:
+            self.report({"ERROR"}, f"the Python package '{error.name}' is missing: install the RefMesh extension with its packages")
+        return {"CANCELLED"}
+
+    return wrapped
+
+
+class SceneOperator:
+    """Changes the scene: not in edit mode, and not while a job is running."""
+
+    @classmethod
+    def poll(cls, context):
+        hindrance = cls.hindrance(context)
+        if hindrance:
+            cls.poll_message_set(hindrance)
+        return not hindrance
+
+    @classmethod
+    def hindrance(cls, context) -> str:
+        """Why the operator cannot run now, in words that say what to do; "" when it can."""
+        if context.mode != "OBJECT":
+            return "leave edit mode first"
+        return "a RefMesh job is running: wait for it or cancel it" if running_job(context) else ""
+
+
+class SequenceOperator(SceneOperator):
+    """Works on the sequence that `sequence_object` finds."""
+
+    @classmethod
+    def hindrance(cls, context) -> str:
+        if sequence_object(context) is None:
+            return "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
+        return super().hindrance(context)
+
+
+def running_job(context) -> bpy.types.Operator | None:
+    """The job operator that is running in a window, if any."""
+    running = (operator for window in context.window_manager.windows for operator in window.modal_operators)
+    return next((operator for operator in running if operator.bl_idname.startswith("REFMESH_OT_")), None)
+
+
+def absolute(path: str) -> Path:
+    """A path as Blender writes it ("//" is beside the saved scene) as an absolute one."""
+    return Path(os.path.abspath(bpy.path.abspath(path)))

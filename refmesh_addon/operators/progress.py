@@ -1,0 +1,50 @@
+"""Progress of a job in words and as a bar."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
+LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file and no terminal
+
+
+class Clock:
+    """Says what a job is doing and, from the time it took so far, how long it will still take."""
+
+    def __init__(self):
+        self._start = time.monotonic()
+
+    def describe(self, event) -> str:
+        """For a progress event: "tracking, frame 8, 42 %, 1:20 left"."""
+        passed = time.monotonic() - self._start
+        left = f", {minutes(passed * (1 - event.share) / event.share)} left" if event.share > 0 else ""
+        return f"{stage_and_frame(event)}, {event.share:.0%}{left}"
+
+
+def stage_and_frame(event) -> str:
+    """For an event: "tracking, frame 8"."""
+    return event.stage if event.frame is None else f"{event.stage}, frame {event.frame}"
+
+
+def minutes(seconds: float) -> str:
+    """Seconds as 1:20."""
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Callable]:
+    """A function that takes the events of a job and draws a bar of them on stderr, or draws nothing if `quiet`."""
+    from tqdm import tqdm
+
+    interval = 0.1 if sys.stderr.isatty() else LOG_INTERVAL
+    # smoothing=0: the time left comes from the whole time so far, as the stages differ in speed.
+    with tqdm(total=1.0, bar_format=BAR_FORMAT, smoothing=0, mininterval=interval, miniters=0, disable=quiet, file=sys.stderr) as bar:
+
+        def advance(event):
+            bar.set_description_str(stage_and_frame(event), refresh=False)
+            bar.update(event.share - bar.n)
+
+        yield advance

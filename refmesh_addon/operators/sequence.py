@@ -1,0 +1,99 @@
+"""File > Import > Mesh Sequence (RefMesh)."""
+
+import os
+from functools import lru_cache
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
+from bpy_extras.io_utils import ImportHelper
+
+from ..core.check import RefMeshError
+from ..io.frame_range import in_words
+from ..io.sequence import EXTENSIONS, Sequence, find_sequence
+from .common import SceneOperator, absolute, reporting
+
+
+class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator):
+    """Import a sequence of meshes, one file for each frame: pick any of them, the rest is found"""
+
+    bl_idname = "refmesh.import_sequence"
+    bl_label = "Mesh Sequence (RefMesh)"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: StringProperty(
+        name="File", description="Any file of the sequence, its folder, or a pattern such as scan_*.obj", subtype="FILE_PATH"
+    )
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    filter_glob: StringProperty(default=";".join(f"*{extension}" for extension in EXTENSIONS), options={"HIDDEN"})
+    frames: StringProperty(
+        name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes all", options={"SKIP_SAVE"}
+    )
+    name: StringProperty(name="Name", description="Name of the sequence in the scene; empty takes it from the files", options={"SKIP_SAVE"})
+    up_axis: EnumProperty(
+        name="Up Axis",
+        description="Axis of the files that points up; data and results stay in the coordinates of the files",
+        items=[("Y", "Y Up", "As most captures have it"), ("Z", "Z Up", "As Blender has it")],
+    )
+    set_timeline: BoolProperty(name="Set Timeline", description="Set the frame range of the scene to that of the sequence", default=True)
+    fps: FloatProperty(
+        name="Frame Rate", description="Frames per second for the scene; 0 leaves the scene's own", default=0.0, min=0.0, max=1000.0
+    )
+    empty_scene: BoolProperty(
+        name="Empty Scene", description="Remove everything from the file first; meant for scripts", options={"HIDDEN", "SKIP_SAVE"}
+    )
+
+    @reporting
+    def execute(self, context):
+        from ..bridge import scene, sequence
+
+        found = find_sequence(self._source(), self.frames)
+        first = sequence.read_frame(found.frames[0].path)  # before the scene is touched: it may fail
+        if self.empty_scene:
+            scene.empty_scene()
+        owner = sequence.new_sequence(context.scene, found, first, self.name or found.name, self.up_axis)
+        state = owner.refmesh
+        state.source, state.frame_selection = str(self._source()), self.frames
+        state.output = str(found.frames[0].path.parent / f"refmesh_{found.name}")
+        if self.set_timeline:
+            scene.set_timeline(context.scene, state.frames[0].scene_frame, state.frames[-1].scene_frame, self.fps)
+        context.view_layer.objects.active = owner
+        self.report({"INFO"}, describe(found))
+        return {"FINISHED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("frames", "name", "up_axis", "set_timeline", "fps"):
+            layout.prop(self, name)
+        box = layout.box()
+        for line in _preview(str(self._source()), self.frames):
+            box.label(text=line)
+
+    def _source(self) -> Path:
+        """What was picked: in the file browser a file of `directory`, from a script `filepath` alone."""
+        if self.directory and self.files and self.files[0].name:
+            return absolute(os.path.join(self.directory, self.files[0].name))
+        return absolute(self.filepath or self.directory)
+
+
+def describe(found: Sequence) -> str:
+    """One line about a sequence: name, count, range, gaps."""
+    gaps = f", missing {in_words(found.gaps)}" if found.gaps else ""
+    return f"{found.name}: {len(found.frames)} frames, {in_words(found.numbers)}{gaps}"
+
+
+@lru_cache(maxsize=8)
+def _preview(source: str, frames: str) -> tuple[str, ...]:
+    """What would be imported, for the file browser, which draws often."""
+    try:
+        found = find_sequence(source, frames)
+    except RefMeshError as error:
+        return (str(error),)
+    size = sum(frame.path.stat().st_size for frame in found.frames)
+    gaps = f"missing: {in_words(found.gaps)}" if found.gaps else "no gaps"
+    return (found.name, f"{len(found.frames)} frames: {in_words(found.numbers)}", gaps, f"{size / 1e6:.1f} MB")
+
+
+CLASSES = (REFMESH_OT_import_sequence,)

@@ -1,0 +1,51 @@
+"""Presets, and how an operator's arguments, a preset and the panel make up the settings of a job."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from ..core.settings import PRESETS, Settings, flat_fields
+from ..properties import RefMeshSettings, plain_value, sequence_object, title
+from .common import SequenceOperator
+
+PRESET_WORDS = {
+    "draft": "Few centers and coarse voxels: minutes become seconds",
+    "standard": "Good for most captures",
+    "paper": "The published method: radial basis functions, unlimited search, no surface fit",
+}
+
+
+def preset_property(**options):
+    """The choice of a preset, as operators have it."""
+    items = [(name, title(name), PRESET_WORDS[name]) for name in PRESETS]
+    return EnumProperty(name="Preset", description="Settings to start from", items=items, default="standard", **options)
+
+
+def chosen_settings(arguments: bpy.types.OperatorProperties, panel: RefMeshSettings) -> Settings:
+    """Values passed to the operator win over a preset passed to it, which wins over the panel.
+
+    Raises RefMeshError, naming the setting, for a value out of range.
+    """
+    base = PRESETS[arguments.preset] if arguments.is_property_set("preset") else panel.to_flat()
+    passed = {setting.name: plain_value(arguments, setting.name) for setting in flat_fields() if arguments.is_property_set(setting.name)}
+    return Settings.from_flat({**base, **passed})
+
+
+class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
+    """Set all settings of the sequence to a preset"""
+
+    bl_idname = "refmesh.apply_preset"
+    bl_label = "Apply Preset"
+    bl_options = {"UNDO"}
+
+    preset: preset_property()
+
+    @classmethod
+    def description(cls, context, properties):
+        return PRESET_WORDS[properties.preset]
+
+    def execute(self, context):
+        sequence_object(context).refmesh.settings.assign(Settings.from_flat(PRESETS[self.preset]).to_flat())
+        return {"FINISHED"}
+
+
+CLASSES = (REFMESH_OT_apply_preset,)

@@ -1,0 +1,81 @@
+"""The steps, each a job that runs up to its stage; stages that are up to date are taken from the output folder."""
+
+import bpy
+from bpy.props import StringProperty
+
+from ..properties import sequence_object
+from .common import SequenceOperator, absolute, reporting
+from .job import JobOperator, REFMESH_OT_cancel
+
+
+class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
+    """Run every step: track the volume, make reference meshes, deform them to every frame, measure the distance"""
+
+    bl_idname = "refmesh.run_all"
+    bl_label = "Run All"
+    until = "evaluation"
+
+
+class REFMESH_OT_track(JobOperator, bpy.types.Operator):
+    """Fill the volume of every frame and follow it with points"""
+
+    bl_idname = "refmesh.track"
+    bl_label = "Track Volume"
+    until = "tracking"
+
+
+class REFMESH_OT_extract_reference(JobOperator, bpy.types.Operator):
+    """Make one reference mesh for each group of frames"""
+
+    bl_idname = "refmesh.extract_reference"
+    bl_label = "Extract Reference Meshes"
+    until = "reference"
+
+
+class REFMESH_OT_deform(JobOperator, bpy.types.Operator):
+    """Deform the reference mesh of each group to the frames of the group"""
+
+    bl_idname = "refmesh.deform"
+    bl_label = "Deform"
+    until = "deformation"
+
+
+class REFMESH_OT_evaluate(JobOperator, bpy.types.Operator):
+    """Measure the distance between source and deformed mesh in every frame"""
+
+    bl_idname = "refmesh.evaluate"
+    bl_label = "Measure Distance"
+    until = "evaluation"
+
+
+class REFMESH_OT_load_results(SequenceOperator, bpy.types.Operator):
+    """Show results that are in an output folder already, made by an earlier session or on another machine"""
+
+    bl_idname = "refmesh.load_results"
+    bl_label = "Load Results"
+    bl_options = {"UNDO"}
+
+    output: StringProperty(
+        name="Output", description="Folder with the results; empty takes the panel's", subtype="DIR_PATH", options={"SKIP_SAVE"}
+    )
+
+    @reporting
+    def execute(self, context):
+        from ..bridge.results import show_results
+
+        owner = sequence_object(context)
+        folder = absolute(self.output or owner.refmesh.output)
+        show_results(owner, folder)
+        owner.refmesh.output = str(folder)
+        return {"FINISHED"}
+
+
+CLASSES = (
+    REFMESH_OT_run_all,
+    REFMESH_OT_track,
+    REFMESH_OT_extract_reference,
+    REFMESH_OT_deform,
+    REFMESH_OT_evaluate,
+    REFMESH_OT_load_results,
+    REFMESH_OT_cancel,
+)

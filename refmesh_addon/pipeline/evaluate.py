@@ -1,0 +1,55 @@
+"""The evaluation stage: how far each deformed frame is from its source, in figures and in colour."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from ..core.error_scale import error_colors
+from ..core.types import TriangleMesh
+from ..io.meshes import write_ply
+from ..io.report import Distances
+from .cache import digest
+from .context import Context
+from .stages import measure
+
+EVALUATION_SCHEMA = 1
+FIGURES = ("mean", "rms", "p99", "max")
+
+
+def evaluate(context: Context, deformed: dict[int, TriangleMesh]) -> None:
+    """Fills in the distances of each frame's report and colours its PLY by the error of each vertex."""
+    settings = context.settings.evaluation
+    frames = sorted(deformed)
+    keys = {frame: digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], deformed[frame].vertices.tobytes()) for frame in frames}
+    found = {frame: context.cache.load(_entry(context, frame), keys[frame]) for frame in frames}
+    waiting = [frame for frame in frames if found[frame] is None]
+    tasks = ((context.frames.mesh(frame), deformed[frame], settings.samples) for frame in waiting)
+    for count, (index, result) in enumerate(context.workers.map(measure, tasks, lambda: context.notify("evaluation", None, 0.0))):
+        frame = waiting[index]
+        found[frame] = _as_arrays(*result)
+        context.cache.save(_entry(context, frame), keys[frame], found[frame])
+        context.notify("evaluation", context.numbers[frame], (len(frames) - len(waiting) + count + 1) / len(frames))
+    for position, frame in enumerate(frames):
+        entry = context.report.frames[position]
+        write_ply(context.output / entry.deformed, deformed[frame], error_colors(found[frame]["errors"]))
+        context.report.frames[position] = replace(entry, **_figures(found[frame]))
+
+
+def _entry(context: Context, frame: int) -> str:
+    return f"evaluation/frame_{context.numbers[frame]:04d}"
+
+
+def _as_arrays(distance, errors: np.ndarray) -> dict[str, np.ndarray]:
+    there, back = (np.array([getattr(side, name) for name in FIGURES]) for side in (distance.source_to_deformed, distance.deformed_to_source))
+    return {"there": there, "back": back, "psnr": np.array([distance.d1_psnr, distance.d2_psnr]), "errors": errors}
+
+
+def _figures(arrays: dict[str, np.ndarray]) -> dict[str, object]:
+    return {
+        "source_to_deformed": Distances(*arrays["there"].tolist()),
+        "deformed_to_source": Distances(*arrays["back"].tolist()),
+        "d1_psnr": float(arrays["psnr"][0]),
+        "d2_psnr": float(arrays["psnr"][1]),
+    }

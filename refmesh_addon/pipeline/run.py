@@ -1,0 +1,34 @@
+"""The stages in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .context import Context, Notify
+from .deform import deform
+from .evaluate import evaluate
+from .job import JobSpec
+from .parallel import Workers
+from .refer import refer
+from .track import track
+
+
+def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None]) -> None:
+    """Runs the stages that are wanted; those whose results are in the cache only write them out again.
+
+    notify : (stage, frame number or None, share of the stage).  warn : one line for a person.
+    Raises RefMeshError, in words, when the job cannot be done, and what `notify` raises.
+    """
+    with Workers() as workers:
+        context = Context.open(spec, notify, warn, workers)
+        with context.timed("tracking"):
+            tracked = track(context)
+        if "reference" in spec.stages:
+            with context.timed("reference"):
+                groups = refer(context, tracked)
+        if "deformation" in spec.stages:
+            with context.timed("deformation"):
+                deformed = deform(context, tracked, groups)
+        if "evaluation" in spec.stages:
+            with context.timed("evaluation"):
+                evaluate(context, deformed)

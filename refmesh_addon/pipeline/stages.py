@@ -1,0 +1,116 @@
+"""One short function per arrow of the pipeline: arrays in, arrays out, so that any process can run it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from ..core import metrics, reference_mesh
+from ..core.affinity import group_affinity
+from ..core.alignment import AnchorFrame, align
+from ..core.arap import ArapSolver
+from ..core.closest_point import SurfaceIndex
+from ..core.geometry import mean_edge_length
+from ..core.keypoints import find_keypoints
+from ..core.mapping import FrameMap
+from ..core.matching import MatchSettings, match_keypoints
+from ..core.patches import surface_patches
+from ..core.reference_centers import ReferenceCenters, reference_centers
+from ..core.settings import DeformationSettings, ReferenceSettings
+from ..core.surface_fit import fit_surface
+from ..core.types import TriangleMesh
+
+PATCH_RADIUS = 8.0  # of key-point patches, in mean edge lengths of the reference mesh
+KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
+
+
+@dataclass(frozen=True)
+class GroupCenters:
+    """What all frames of a group share: centers in reference positions and how they hang together.
+
+    positions : (C, 3) reference centers.  affinity : (C, C) weights within the group.  spacing : s.  anchor : index in the group.
+    """
+
+    positions: np.ndarray
+    affinity: sparse.csr_matrix
+    spacing: float
+    anchor: int
+    stress: float
+
+
+def place_centers(positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float) -> GroupCenters:
+    """Reference centers and group affinity from (F, C, 3) tracked positions."""
+    found: ReferenceCenters = reference_centers(positions)
+    affinity = group_affinity(positions, found.anchor, tracked, spacing).weights()
+    return GroupCenters(found.positions, affinity, spacing, found.anchor, found.stress)
+
+
+def align_frame(
+    mesh: TriangleMesh, centers: np.ndarray, anchor_mesh: TriangleMesh, anchor_centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings, count: int
+) -> dict[str, np.ndarray]:
+    """A frame carried to the reference positions and aligned with the anchor frame.
+
+    count : oriented points to sample. Returns its own reference centers `targets` (C, 3), `points` and `normals`
+    (count, 3), and the IoU with the anchor frame `before` and `after`.
+    """
+    anchor_map = FrameMap(anchor_mesh, anchor_centers, group.affinity, group.spacing, settings.mapping)
+    mapped_anchor = anchor_map.to(group.positions)
+    anchor = AnchorFrame.of(mapped_anchor, anchor_map.whole(mapped_anchor))
+    frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
+    aligned = align(frame, group.positions, anchor, settings.alignment_steps)
+    mapped = frame.to(aligned.targets)
+    points, normals = reference_mesh.oriented_points(mapped, frame.whole(mapped), count, np.random.default_rng(0))
+    return {"targets": aligned.targets, "points": points, "normals": normals, "before": np.float64(aligned.before), "after": np.float64(aligned.after)}
+
+
+def build_reference(points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int) -> dict[str, np.ndarray]:
+    """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
+    from ..backends.meshlab import remeshed, screened_poisson, self_intersections  # only in the process that needs it
+
+    depth = depth or reference_mesh.reconstruction_depth(anchor_mesh, triangles)
+    surface = reference_mesh.supported(screened_poisson(points, normals, depth), points, spacing)
+    mesh = remeshed(surface, triangles)
+    return {"vertices": mesh.vertices, "triangles": mesh.triangles, "self_intersections": np.int64(self_intersections(mesh))}
+
+
+def deform_reference(
+    reference: TriangleMesh, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, settings: DeformationSettings
+) -> dict[str, np.ndarray]:
+    """The reference mesh deformed to one frame: `vertices` (R, 3), matched key points, and which vertices were `held`.
+
+    targets : (C, 3) the frame's own reference centers.  centers : (C, 3) the same in the frame.
+    """
+    carrier = FrameMap(reference, targets, group.affinity, group.spacing)
+    start = carrier.to(centers).vertices
+    handles, goals = _matched_keypoints(reference, start, carrier.rotations_to(centers), mesh, settings)
+    solver = ArapSolver(reference, settings.smoothness)
+    posed = solver.deform(handles, goals, start, iterations=settings.arap_iterations).vertices if len(handles) else start
+    result = {"keypoints": handles, "keypoint_targets": goals}
+    if not settings.fit_rounds:
+        return {"vertices": posed, "held": np.ones(len(posed), bool), **result}
+    source = FrameMap(mesh, centers, group.affinity, group.spacing)
+    own, others = carrier.binding.owners, source.binding.owners[mesh.triangles[:, 0]]
+
+    def kin(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+        return np.asarray(group.affinity[own[vertices], others[triangles]]).ravel() > KIN
+
+    fitted = fit_surface(solver, posed, SurfaceIndex(mesh), settings, kin)
+    return {"vertices": fitted.vertices, "held": fitted.held, **result}
+
+
+def _matched_keypoints(reference: TriangleMesh, start, rotations, mesh: TriangleMesh, settings: DeformationSettings):
+    """Vertices of the reference that have a partner among the key points of the frame, and the partners' (K, 3) positions."""
+    length = mean_edge_length(reference)
+    own, others = find_keypoints(reference, length), find_keypoints(mesh, length)
+    patches = surface_patches(reference, own, PATCH_RADIUS * length)
+    theirs = surface_patches(mesh, others, PATCH_RADIUS * length)
+    matches = match_keypoints(patches, theirs, start[own], rotations[own], MatchSettings(guided=settings.keypoint_search == "guided"))
+    return own[matches.reference], mesh.vertices[others[matches.frame]]
+
+
+def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> tuple[metrics.TwoSidedDistance, np.ndarray]:
+    """Two-sided distance, and the (R,) error of each deformed vertex, all as shares of the source's diagonal."""
+    errors = metrics.per_vertex_error(deformed, SurfaceIndex(source)) / source.diagonal
+    return metrics.surface_distance(source, deformed, samples, np.random.default_rng(0)), errors

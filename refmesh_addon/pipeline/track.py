@@ -1,0 +1,131 @@
+"""The tracking stage: frame after frame, with a checkpoint after each."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy import sparse
+
+from ..core.affinity import Affinity
+from ..core.check import RefMeshError
+from ..core.tracking import TrackedFrame, first_frame, next_frame
+from ..core.volume import Volume, sample_volume
+from ..io.files import output_folder, write_npz
+from ..io.pc2 import write_pc2
+from ..io.sequence import held_frames
+from .cache import KEY_LENGTH, digest
+from .context import READING_SHARE, Context
+
+TRACKING_SCHEMA = 1
+STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """positions : (F, C, 3).  affinity : (C, C) weights after the last frame.  spacing : s.  key : of all this."""
+
+    positions: np.ndarray
+    affinity: sparse.csr_matrix
+    spacing: float
+    key: str
+
+
+def track(context: Context) -> Tracked:
+    """Tracks the centers through all frames and writes centers.npz and their playback."""
+    settings = context.settings.tracking
+    keys = _chained_keys(context)
+    states, done = _resumed(context, keys)
+    with ThreadPoolExecutor(1) as ahead:  # the next frame is filled while this one is tracked
+        wanted = {index: ahead.submit(_volume, context, index) for index in range(max(done - 1, 0), min(done + 1, len(keys)))} if done < len(keys) else {}
+        before = wanted.pop(done - 1).result() if done and wanted else None
+        for index in range(done, len(keys)):
+            context.notify("tracking", context.numbers[index], READING_SHARE + (1 - READING_SHARE) * index / len(keys))
+            volume = wanted.pop(index).result()
+            if index + 1 < len(keys):
+                wanted[index + 1] = ahead.submit(_volume, context, index + 1)
+            state = next_frame(states[-1], before, volume, settings) if states else first_frame(volume, settings)
+            _check(context, index, state, volume)
+            states = [*states[-1:], state]
+            context.cache.save(_frame_entry(context, index), keys[index], _figures(state) | {"centers": state.centers})
+            context.cache.save(STATE, keys[index], _as_arrays(state))
+            before = volume
+    return _finished(context, keys, states[-1])
+
+
+def _volume(context: Context, index: int) -> Volume:
+    settings = context.settings.tracking
+    try:
+        return sample_volume(context.frames.body(index), settings.resolution, settings.centers)
+    except ValueError as error:
+        raise RefMeshError(f"{context.frames.path(index)}: encloses too little volume to track ({error}); RefMesh needs closed bodies") from error
+
+
+def _check(context: Context, index: int, state: TrackedFrame, volume: Volume) -> None:
+    if not np.isfinite(state.centers).all():
+        raise RefMeshError(f"{context.frames.path(index)}: the centers were lost in this frame; leave it out with --frames or use fewer centers")
+
+
+def _chained_keys(context: Context) -> list[str]:
+    """Each frame's result depends on the settings and on all frames up to it."""
+    key, keys = digest(TRACKING_SCHEMA, asdict(context.settings.tracking)), []
+    for frame_key in context.frames.keys:
+        key = digest(key, frame_key)
+        keys.append(key)
+    return keys
+
+
+def _frame_entry(context: Context, index: int) -> str:
+    return f"tracking/frame_{context.numbers[index]:04d}"
+
+
+def _resumed(context: Context, keys: list[str]) -> tuple[list[TrackedFrame], int]:
+    """The last state on disk, if any, and how many frames are done."""
+    for done in range(len(keys), 0, -1):
+        state = context.cache.load(STATE, keys[done - 1])
+        if state is not None:
+            complete = all(context.cache.load(_frame_entry(context, i), keys[i]) is not None for i in range(done))
+            return ([_from_arrays(state)], done) if complete else ([], 0)
+    return [], 0
+
+
+def _figures(state: TrackedFrame) -> dict[str, np.ndarray]:
+    return {name: np.float64(getattr(state, name)) for name in ("dfu", "lloyd_energy", "arap_energy", "steps")}
+
+
+def _as_arrays(state: TrackedFrame) -> dict[str, np.ndarray]:
+    affinity = {f"affinity_{name}": np.asarray(value) for name, value in vars(state.affinity).items()}
+    return _figures(state) | {"centers": state.centers, "before": state.before} | affinity
+
+
+def _from_arrays(arrays: dict[str, np.ndarray]) -> TrackedFrame:
+    parts = {name.removeprefix("affinity_"): value for name, value in arrays.items() if name.startswith("affinity_")}
+    affinity = Affinity(**{**parts, "centers": int(parts["centers"]), "spacing": float(parts["spacing"])})
+    figures = {name: float(arrays[name]) for name in ("dfu", "lloyd_energy", "arap_energy")}
+    return TrackedFrame(arrays["centers"], arrays["before"], affinity, steps=int(arrays["steps"]), **figures)
+
+
+def _finished(context: Context, keys: list[str], last: TrackedFrame) -> Tracked:
+    entries = [context.cache.load(_frame_entry(context, index), key) for index, key in enumerate(keys)]
+    positions = np.stack([entry["centers"] for entry in entries])
+    for name in ("dfu", "lloyd_energy", "arap_energy"):
+        context.report.tracking[name] = [float(entry[name]) for entry in entries]
+    context.report.tracking["center_spacing"] = last.affinity.spacing
+    write_centers(context, positions, {})
+    _write_playback(context, positions, keys[-1])
+    return Tracked(positions, last.affinity.weights(), last.affinity.spacing, keys[-1])
+
+
+def write_centers(context: Context, positions: np.ndarray, reference_centers: dict[str, np.ndarray]) -> None:
+    """centers.npz, with the arrays of the groups where they are known."""
+    write_npz(context.output / "centers.npz", {"frames": np.array(context.numbers), "positions": positions, **reference_centers})
+
+
+def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:
+    output_folder(context.output / "playback")
+    path = f"playback/centers-{key[:KEY_LENGTH]}.pc2"
+    shown = held_frames(context.frames.sequence)
+    write_pc2(context.output / path, (positions[index] for index in shown), positions.shape[1], len(shown))
+    context.report.centers_playback = path
+    context.remove_stale("playback/centers-*.pc2", keep=[path])

@@ -1,0 +1,137 @@
+"""What a sequence in the scene remembers, and the settings of the core as Blender properties.
+
+No `from __future__ import annotations` here: Blender reads the annotations as values.
+"""
+
+from dataclasses import fields
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from .core.settings import PRESETS, Settings, flat_fields
+
+STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
+# Says that a path may begin with "//"; unknown before Blender 4.5.
+RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+UNKNOWN = -1.0  # a distance that has not been measured
+
+
+def title(name: str) -> str:
+    """ "group_size" as the panel writes it: "Group Size"."""
+    return name.replace("_", " ").title()
+
+
+def blender_property(setting, **options):
+    """The bpy property that shows one dataclass field of `core.settings`, with its range, choices and help."""
+    meta, default = setting.metadata, setting.default
+    shared = {"name": meta["label"] or title(setting.name), "description": meta["help"], "default": default, **options}
+    if meta["choices"] is not None:
+        return EnumProperty(items=[(key, title(key), words) for key, words in meta["choices"].items()], **shared)
+    if isinstance(default, bool):
+        return BoolProperty(**shared)
+    if isinstance(default, str):
+        return StringProperty(**shared)
+    kind = IntProperty if isinstance(default, int) else FloatProperty
+    limits = {key: meta[bound] for key, bound in (("min", "low"), ("max", "high")) if meta[bound] is not None}
+    return kind(**shared, **limits)
+
+
+def setting_properties(**options) -> dict:
+    """name -> bpy property for every setting of every stage, for the annotations of a panel's or operator's class."""
+    return {setting.name: blender_property(setting, **options) for setting in flat_fields()}
+
+
+def plain_value(holder, name: str) -> object:
+    """A property's value; a float as it was typed, since Blender holds 0.01 as 0.0099999998."""
+    value = getattr(holder, name)
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+class RefMeshSettings(bpy.types.PropertyGroup):
+    """All settings of the pipeline, made from the dataclasses of `core.settings`."""
+
+    __annotations__ = setting_properties()
+
+    def to_flat(self) -> dict[str, object]:
+        """name -> value, as `Settings.from_flat` takes it."""
+        return {setting.name: plain_value(self, setting.name) for setting in flat_fields()}
+
+    def assign(self, values: dict[str, object]) -> None:
+        """Sets each named value."""
+        for name, value in values.items():
+            setattr(self, name, value)
+
+    def matching_preset(self) -> str:
+        """The preset that these settings are, or ""."""
+        current = Settings.from_flat(self.to_flat())
+        return next((name for name, values in PRESETS.items() if Settings.from_flat(values) == current), "")
+
+
+class RefMeshFrame(bpy.types.PropertyGroup):
+    """One frame of a sequence; `name` holds its number, which may be a time stamp too long for a Blender integer."""
+
+    path: StringProperty(name="File", description="The mesh of this frame", subtype="FILE_PATH", options=RELATIVE)
+    scene_frame: IntProperty(name="Scene Frame", description="Frame of the timeline from which this mesh is shown")
+    distance: FloatProperty(name="Distance", description="Mean distance to the deformed mesh, share of the diagonal", default=UNKNOWN)
+
+
+class RefMeshGroup(bpy.types.PropertyGroup):
+    """The two objects of one group of frames."""
+
+    start: IntProperty(name="Start", description="Scene frame from which this group is shown")
+    reference: PointerProperty(type=bpy.types.Object, name="Reference Mesh", description="Reference mesh of this group")
+    deformed: PointerProperty(type=bpy.types.Object, name="Deformed Mesh", description="Reference mesh as it moves through this group")
+
+
+class RefMeshSequence(bpy.types.PropertyGroup):
+    """State of one sequence, kept on its mesh object; its other objects carry only the pointer `sequence` to that one."""
+
+    sequence: PointerProperty(type=bpy.types.Object, name="Sequence", description="The mesh-sequence object this object belongs to")
+    source: StringProperty(
+        name="Source", description="Folder, file or pattern that the frames come from", subtype="FILE_PATH", options=RELATIVE
+    )
+    frame_selection: StringProperty(name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes all")
+    output: StringProperty(
+        name="Output",
+        description="Folder that results are written to and read from; // is beside the saved scene",
+        subtype="DIR_PATH",
+        options=RELATIVE,
+    )
+    frames: CollectionProperty(type=RefMeshFrame)
+    shown: StringProperty(name="Shown Frame", description="Number of the frame whose mesh is in the object now", options={"HIDDEN"})
+    root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that everything of this sequence hangs on")
+    centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
+    groups: CollectionProperty(type=RefMeshGroup)
+    settings: PointerProperty(type=RefMeshSettings)
+    done: EnumProperty(
+        name="Steps Done",
+        description="Steps whose results are in the output folder",
+        items=[(stage, title(stage), "") for stage in STAGES],
+        options={"ENUM_FLAG"},
+    )
+
+
+def sequence_object(context) -> bpy.types.Object | None:
+    """The mesh-sequence object that the active object is or belongs to, else the only one in the scene, else None."""
+    active = context.active_object
+    if active is not None:
+        owner = active if active.refmesh.frames else active.refmesh.sequence
+        if owner is not None:
+            return owner
+    found = [candidate for candidate in context.scene.objects if candidate.refmesh.frames]
+    return found[0] if len(found) == 1 else None
+
+
+CLASSES = (RefMeshSettings, RefMeshFrame, RefMeshGroup, RefMeshSequence)
+
+
+def register():
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.refmesh = PointerProperty(type=RefMeshSequence, name="RefMesh")
+
+
+def unregister():
+    del bpy.types.Object.refmesh
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

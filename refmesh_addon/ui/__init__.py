@@ -1,0 +1,13 @@
+"""Panels and menu entries: they draw, and reach operators by their id only."""
+
+from . import menus, panels
+
+
+def register():
+    panels.register()
+    menus.register()
+
+
+def unregister():
+    menus.unregister()
+    panels.unregister()

@@ -1,0 +1,1 @@
+"""Small sequences that we generate ourselves, and the generators."""

@@ -1,0 +1,6 @@
+"""Sequences with known motion: bodies given by signed distances, moved by closed-form maps, meshed anew on every frame."""
+
+from .bodies import Sequence
+from .sequences import SEQUENCES
+
+__all__ = ["SEQUENCES", "Sequence"]

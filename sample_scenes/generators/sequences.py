@@ -1,0 +1,86 @@
+"""The five synthetic sequences. Times run from 0 to 1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bodies import Body, Part, Sequence
+from .motions import Bend, Chain, Motion, Rigid, Squash, Twist, Undo
+from .shapes import ball, block, capsule, disc, union
+
+
+def tumble() -> Sequence:
+    """One rigid body without symmetry that turns and flies."""
+    solid = union(block((0, 0, 0), (1.0, 0.6, 0.35), 0.15), ball((0.9, 0.5, 0.3), 0.55), capsule((-0.8, 0, 0), (-1.1, 0.3, 1.0), 0.25))
+    flight = Rigid((1, 2, 0.5), lambda t: 1.6 * t, lambda t: (0.8 * t - 0.4, 0.0, 1.2 * t * (1 - t)))
+    return Sequence("tumble", (Body((Part(solid, flight),)),), center=(0, 0, 0.2), reach=2.4, cell=0.09)
+
+
+def bar() -> Sequence:
+    """A bar with a head, twisted and bent at the same time."""
+    solid = union(block((1.5, 0, 0), (1.7, 0.3, 0.2), 0.1), ball((3.1, 0, 0), 0.42))
+    motion = Chain((Twist(lambda t: 0.5 * t), Bend(3.0, lambda t: 1.5 * t)))
+    return Sequence("bar", (Body((Part(solid, motion),)),), center=(1.5, 0, 0.7), reach=2.8, cell=0.09)
+
+
+def collide() -> Sequence:
+    """A ball falls on a block, is squashed while their surfaces are one, and bounces off."""
+
+    def press(time: float) -> float:
+        return ramp(time, 0.3, 0.5) - ramp(time, 0.5, 0.7)
+
+    def path(time: float) -> tuple[float, float, float]:
+        return 0.0, 0.0, 0.98 - 0.22 * press(time) + 4.0 * max(abs(time - 0.5) - 0.15, 0.0)
+
+    fall = Chain((Squash(lambda t: 1.0 - 0.2 * press(t)), Rigid((0, 0, 1), lambda t: 0.0, path)))
+    floor = Body((Part(block((0, 0, -0.7), (1.4, 1.2, 0.7), 0.1)),))
+    return Sequence("collide", (Body((Part(ball((0, 0, 0), 1.0), fall),)), floor), center=(0, 0, 0.6), reach=3.0, cell=0.11)
+
+
+def appear() -> Sequence:
+    """A body that slides along, and a second one that is there from the middle on."""
+    slide = Rigid((0, 0, 1), lambda t: 0.5 * t, lambda t: (0.8 * t, 0.0, 0.0))
+    late = Rigid((0, 1, 0), lambda t: t, lambda t: (0.0, 2.0, 0.5 * t))
+    first = Body((Part(block((0, 0, 0), (1.0, 0.5, 0.4), 0.1), slide),))
+    second = Body((Part(capsule((-0.5, 0, 0), (0.5, 0, 0), 0.4), late),), start=0.5)
+    return Sequence("appear", (first, second), center=(0.4, 0.9, 0.2), reach=2.8, cell=0.09)
+
+
+# The hand of `grasp`, millimetres.
+PALM_RADIUS, PALM_HALF_HEIGHT = 42.0, 9.0
+FINGER_LENGTH, FINGER_RADIUS = 88.0, 9.5
+FINGER_DIRECTIONS = (-0.6, 0.0, 0.6, np.pi)  # radians about z: three fingers and the thumb
+OPEN_CURL, CLOSED_CURL = 0.4, 2.56  # radians
+BALL_RADIUS, BALL_HEIGHT, BALL_LIFT = 55.0, 62.0, 45.0
+
+
+def grasp() -> Sequence:
+    """A hand closes on a ball until they touch, both tilt together, the hand opens and the ball rises. Millimetres."""
+    tilt = Rigid((0.3, 1, 0), lambda t: 0.5 * ramp(t, 0.2, 0.8), lambda t: (0.0, 0.0, 0.0))
+    palm = Part(disc(PALM_RADIUS, PALM_HALF_HEIGHT, 6.0), tilt)
+    hand = Body((palm, *(_finger(direction, tilt) for direction in FINGER_DIRECTIONS)))
+    lift = Rigid((0, 0, 1), lambda t: 0.0, lambda t: (0.0, 0.0, BALL_HEIGHT + BALL_LIFT * (1.0 - _grip(t))))
+    caught = Body((Part(ball((0, 0, 0), BALL_RADIUS), Chain((lift, tilt))),))
+    return Sequence("grasp", (hand, caught), center=(0, 0, 50), reach=165.0, cell=4.8)
+
+
+def _grip(time: float) -> float:
+    return ramp(time, 0.0, 0.35) - ramp(time, 0.65, 1.0)
+
+
+def _finger(direction: float, tilt: Motion) -> Part:
+    """A finger that starts at the palm's rim in a direction about z, curls over the palm, and tilts with it."""
+    outward = np.array([np.cos(direction), np.sin(direction), 0.0])
+    place = Rigid((0, 0, 1), lambda t: direction, lambda t: PALM_RADIUS * outward)
+    curl = Bend(FINGER_LENGTH, lambda t: OPEN_CURL + (CLOSED_CURL - OPEN_CURL) * _grip(t))
+    solid = capsule((PALM_RADIUS - 2 * FINGER_RADIUS) * outward, (PALM_RADIUS + FINGER_LENGTH) * outward, FINGER_RADIUS)
+    return Part(solid, Chain((Undo(place), curl, place, tilt)))
+
+
+def ramp(time: float, start: float, end: float) -> float:
+    """0 before `start`, 1 after `end`, smooth between."""
+    share = min(max((time - start) / (end - start), 0.0), 1.0)
+    return share * share * (3.0 - 2.0 * share)
+
+
+SEQUENCES = {make.__name__: make for make in (tumble, bar, collide, appear, grasp)}

@@ -1,0 +1,123 @@
+"""A small sequence and its results as real files, and a Blender with the add-on registered."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+import trimesh
+
+import refmesh_addon
+from refmesh_addon.core.error_scale import error_colors
+from refmesh_addon.core.settings import Settings
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.files import write_npz
+from refmesh_addon.io.meshes import write_ply
+from refmesh_addon.io.pc2 import write_pc2
+from refmesh_addon.io.report import Distances, FrameReport, GroupReport, Report
+from refmesh_addon.io.sequence import find_sequence
+
+NUMBERS = (6, 7, 8, 10, 11)  # 9 is missing
+GROUPS = ((6, 7, 8), (10, 11))
+CENTERS = 30
+
+
+@pytest.fixture
+def blender():
+    """bpy with an empty scene and the add-on registered."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    refmesh_addon.register()
+    yield bpy
+    refmesh_addon.unregister()
+
+
+@pytest.fixture
+def frames(tmp_path) -> Path:
+    """Folder of an ellipsoid that moves and grows, with another triangulation in every frame."""
+    folder = tmp_path / "ball"
+    folder.mkdir()
+    for number in NUMBERS:
+        sphere = trimesh.creation.uv_sphere(count=[8 + number % 3, 9])
+        (folder / f"ball_{number:04d}.obj").write_text(_obj(place(sphere.vertices, number), sphere.faces))
+    return folder
+
+
+@pytest.fixture
+def results(frames, tmp_path) -> Path:
+    """What a complete run would leave for `frames`: one reference sphere for each group, moved as the frames are."""
+    return write_results(tmp_path / "out", frames)
+
+
+@pytest.fixture
+def ball(blender, frames):
+    """The sequence object of `frames`, imported."""
+    blender.ops.refmesh.import_sequence(filepath=str(frames))
+    return blender.context.active_object
+
+
+@pytest.fixture
+def solved(blender, ball, results):
+    """The sequence object with its results loaded."""
+    blender.ops.refmesh.load_results(output=str(results))
+    return ball
+
+
+def place(vertices: np.ndarray, number: int) -> np.ndarray:
+    """The motion that the frames show, for any points on the unit sphere."""
+    return vertices * [1.0, 1.5 + 0.1 * number, 0.8] + [0.1 * number, 2.0, 0.0]
+
+
+def reference(index: int) -> TriangleMesh:
+    """The reference mesh of a group; each group has another number of vertices."""
+    sphere = trimesh.creation.icosphere(subdivisions=1 + index)
+    return TriangleMesh(sphere.vertices, sphere.faces)
+
+
+def write_results(out: Path, frames: Path) -> Path:
+    for folder in ("reference", "deformed", "playback"):
+        (out / folder).mkdir(parents=True, exist_ok=True)
+    report = Report(str(frames), find_sequence(frames), Settings(), bbox_diagonal=4.0, centers_playback="playback/centers-0.pc2")
+    points = np.random.default_rng(0).normal(size=(CENTERS, 3))
+    timeline = [max(number for number in NUMBERS if number <= frame) for frame in range(NUMBERS[0], NUMBERS[-1] + 1)]
+    write_pc2(out / report.centers_playback, [place(points, number) for number in timeline], CENTERS, len(timeline))
+    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": np.array([place(points, number) for number in NUMBERS])})
+    for index, numbers in enumerate(GROUPS):
+        _write_group(out, report, index, numbers)
+    report.write(out)
+    return out
+
+
+def _write_group(out: Path, report: Report, index: int, numbers: tuple[int, ...]) -> None:
+    mesh = reference(index)
+    group = GroupReport(
+        index=index,
+        frames=numbers,
+        anchor=numbers[0],
+        reference=f"reference/group_{index:03d}.ply",
+        triangles=len(mesh.triangles),
+        components=1,
+        watertight=True,
+        stress=0.01,
+        iou_before=0.9,
+        iou_after=0.95,
+        frame_iou_before=(0.9,) * len(numbers),
+        frame_iou_after=(0.95,) * len(numbers),
+        self_intersections=0,
+        playback=f"playback/group_{index:03d}-0.pc2",
+    )
+    report.groups.append(group)
+    write_ply(out / group.reference, mesh)
+    write_pc2(out / group.playback, [place(mesh.vertices, number) for number in numbers], len(mesh.vertices), len(numbers))
+    for number in numbers:
+        distances = Distances(0.001 * number, 0.002, 0.003, 0.004)
+        frame = FrameReport(number, index, f"deformed/frame_{number:04d}.ply", distances, distances, 60.0, 70.0)
+        colors = error_colors(0.002 * (1 + mesh.vertices[:, 1]))
+        write_ply(out / frame.deformed, mesh.moved(place(mesh.vertices, number)), colors)
+        report.frames.append(frame)
+
+
+def _obj(vertices: np.ndarray, triangles: np.ndarray) -> str:
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    return "\n".join(lines + [f"f {a} {b} {c}" for a, b, c in triangles + 1]) + "\n"

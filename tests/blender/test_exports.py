@@ -1,0 +1,103 @@
+"""What other programs read is what the caches play: checked by reading it back with Blender's own importers."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from refmesh_addon.bridge.exports import FORMATS
+from refmesh_addon.bridge.meshes import read_positions
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.pc2 import read_pc2
+
+from .conftest import GROUPS, NUMBERS, place, reference
+
+IMPORTERS = {
+    "abc": lambda path: bpy.ops.wm.alembic_import(filepath=path, as_background_job=False),
+    "usd": lambda path: bpy.ops.wm.usd_import(filepath=path),
+    "glb": lambda path: bpy.ops.import_scene.gltf(filepath=path, merge_vertices=False),
+}
+
+
+def names_in_blender() -> dict[str, set]:
+    kinds = ("objects", "meshes", "actions", "shape_keys", "collections", "materials")
+    return {kind: {item.name for item in getattr(bpy.data, kind)} for kind in kinds}
+
+
+@pytest.mark.parametrize("kind", IMPORTERS)
+def test_scene_formats_come_back_the_same(blender, solved, results, kind):
+    selected = blender.context.selected_objects
+    before = names_in_blender()
+    blender.ops.refmesh.export(format=kind)
+    assert names_in_blender() == before and blender.context.selected_objects == selected
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    IMPORTERS[kind](str(results / "export" / f"ball.{kind}"))
+    for number in NUMBERS:
+        bpy.context.scene.frame_set(number)
+        check_frame(number)
+
+
+def check_frame(number: int) -> None:
+    """Each group lies where the input did, turned upright, in its own frames, and is scaled to nothing in the others."""
+    for index, numbers in enumerate(GROUPS):
+        member = next(item for item in bpy.data.objects if item.type == "MESH" and f"group_{index:03d}" in item.name)
+        evaluated = member.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        matrix = np.array(evaluated.matrix_world)
+        world = read_positions(evaluated.data) @ matrix[:3, :3].T + matrix[:3, 3]
+        if number in numbers:
+            x, y, z = place(reference(index).vertices, number).T
+            np.testing.assert_allclose(world, np.column_stack([x, -z, y]), atol=1e-5)
+        else:
+            assert np.ptp(world, axis=0).max() < 1e-6
+
+
+def test_caches_come_with_the_mesh_they_move(blender, solved, results, tmp_path):
+    folder = tmp_path / "elsewhere" / "deep"
+    blender.ops.refmesh.export(format="pc2", directory=str(folder))
+    for index, numbers in enumerate(GROUPS):
+        mesh = read_mesh(folder / f"ball_group_{index:03d}.ply")
+        np.testing.assert_array_equal(mesh.triangles, reference(index).triangles)
+        samples = list(read_pc2(folder / f"ball_group_{index:03d}.pc2"))
+        for number, sample in zip(numbers, samples, strict=True):
+            np.testing.assert_array_equal(sample, place(mesh.vertices, number).astype(np.float32))
+
+
+def test_frames_are_copied_with_their_colors(blender, solved, results):
+    blender.ops.refmesh.export(format="ply")
+    for number in NUMBERS:
+        name = f"frame_{number:04d}.ply"
+        assert (results / "export" / "ply" / name).read_bytes() == (results / "deformed" / name).read_bytes()
+
+
+def test_exports_leave_the_timeline_and_the_place_of_objects_alone(blender, solved):
+    scene = blender.context.scene
+    scene.frame_start, scene.frame_end = 2, 20
+    scene.frame_set(13)
+    places = [group.deformed.location.copy() for group in solved.refmesh.groups]
+    for kind in FORMATS:
+        blender.ops.refmesh.export(format=kind)
+    assert (scene.frame_start, scene.frame_end, scene.frame_current) == (2, 20, 13)
+    assert [group.deformed.location for group in solved.refmesh.groups] == places
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_nothing_to_export_is_said(blender, ball, kind):
+    with pytest.raises(RuntimeError, match="run the Deform step first"):
+        blender.ops.refmesh.export(format=kind)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_folder_that_cannot_be_made_is_named(blender, solved, tmp_path, kind):
+    (tmp_path / "file").write_text("not a folder")
+    with pytest.raises(RuntimeError, match="cannot be written"):
+        blender.ops.refmesh.export(format=kind, directory=str(tmp_path / "file" / "export"))
+
+
+def test_a_failed_export_leaves_nothing_half_written(blender, solved, results):
+    (results / "export" / "ball.glb").mkdir(parents=True)  # in the way of the file
+    before = names_in_blender()
+    with pytest.raises(RuntimeError, match="ball.glb"):
+        blender.ops.refmesh.export(format="glb")
+    assert [path.name for path in (results / "export").iterdir()] == ["ball.glb"]
+    assert names_in_blender() == before

@@ -1,0 +1,143 @@
+"""Results in the output folder become objects that play."""
+
+from __future__ import annotations
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+
+from refmesh_addon.bridge.centers import colors_by_place, spacing
+from refmesh_addon.bridge.meshes import read_positions
+
+from .conftest import CENTERS, GROUPS, NUMBERS, place, reference
+
+
+def evaluated(member) -> np.ndarray:
+    return read_positions(member.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+
+
+def group_of(number: int) -> int:
+    return next(index for index, numbers in enumerate(GROUPS) if number in numbers)
+
+
+def test_deformed_mesh_plays_every_frame(solved):
+    for number in NUMBERS:
+        bpy.context.scene.frame_set(number)
+        deformed = solved.refmesh.groups[group_of(number)].deformed
+        expected = place(reference(group_of(number)).vertices, number)
+        np.testing.assert_array_equal(evaluated(deformed), expected.astype(np.float32))
+
+
+@pytest.mark.parametrize("scene_frame, index", [(1, 0), (6, 0), (8, 0), (9, 0), (10, 1), (11, 1), (50, 1)])
+def test_exactly_one_group_is_visible(solved, scene_frame, index):
+    bpy.context.scene.frame_set(scene_frame)
+    for place_in_row, group in enumerate(solved.refmesh.groups):
+        for member in (group.reference, group.deformed):
+            hidden = place_in_row != index
+            assert (member.hide_viewport, member.hide_render) == (hidden, hidden)
+
+
+def test_a_missing_number_holds_the_one_before(solved):
+    bpy.context.scene.frame_set(8)
+    before = evaluated(solved.refmesh.groups[0].deformed)
+    bpy.context.scene.frame_set(9)
+    np.testing.assert_array_equal(evaluated(solved.refmesh.groups[0].deformed), before)
+
+
+def test_centers_are_points_that_follow_their_cache(solved, results):
+    centers = solved.refmesh.centers
+    positions = np.load(results / "centers.npz")["positions"]
+    for row, number in enumerate(NUMBERS):
+        bpy.context.scene.frame_set(number)
+        geometry = centers.evaluated_get(bpy.context.evaluated_depsgraph_get()).evaluated_geometry()
+        cloud = geometry.pointcloud
+        read = np.empty(3 * CENTERS, dtype=np.float32)
+        cloud.attributes["position"].data.foreach_get("vector", read)
+        np.testing.assert_array_equal(read.reshape(-1, 3), positions[row].astype(np.float32))
+        assert "Col" in cloud.attributes and "radius" in cloud.attributes
+
+
+def test_source_reference_and_result_stand_side_by_side(solved):
+    bpy.context.scene.frame_set(6)
+    bpy.context.view_layer.update()
+    group = solved.refmesh.groups[0]
+    spans = []
+    for member in (solved, group.reference, group.deformed):
+        across = (evaluated(member) @ np.array(member.matrix_world.to_3x3()).T)[:, 0] + member.matrix_world.translation.x
+        spans.append((across.min(), across.max()))
+    assert spans[0][1] < spans[1][0] and spans[1][1] < spans[2][0]
+
+
+def test_loading_again_refreshes_what_is_there(blender, solved, results):
+    before = {kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "materials", "actions", "node_groups", "collections")}
+    solved.refmesh.groups[0].deformed.name = "my name"
+    blender.ops.refmesh.load_results()
+    assert {kind: len(getattr(bpy.data, kind)) for kind in before} == before
+    assert solved.refmesh.groups[0].deformed.name == "my name"
+
+
+def test_groups_that_are_no_more_go(blender, solved, results):
+    edit_report(results, lambda report: report["groups"].pop())
+    blender.ops.refmesh.load_results()
+    assert len(solved.refmesh.groups) == 1 and "ball reference 001" not in bpy.data.objects
+
+
+def test_state_follows_the_report(blender, ball, results):
+    whole = (results / "report.json").read_text()
+    for stage, change in [
+        ({"tracking"}, lambda report: report.update(groups=[], frames=[])),
+        ({"tracking", "reference"}, lambda report: [report.update(frames=[])] + [group.pop("playback") for group in report["groups"]]),
+        ({"tracking", "reference", "deformation"}, lambda report: [frame.pop("source_to_deformed") for frame in report["frames"]]),
+        ({"tracking", "reference", "deformation", "evaluation"}, lambda report: None),
+    ]:
+        (results / "report.json").write_text(whole)
+        edit_report(results, change)
+        blender.ops.refmesh.load_results(output=str(results))
+        assert ball.refmesh.done == stage
+        assert all(bool(group.deformed) == ("deformation" in stage) for group in ball.refmesh.groups)
+
+
+def test_distances_of_frames_are_kept(solved):
+    assert [frame.distance for frame in solved.refmesh.frames] == pytest.approx([0.001 * number for number in NUMBERS])
+
+
+@pytest.mark.parametrize(
+    "damage, words",
+    [
+        (lambda out: (out / "report.json").unlink(), "report.json"),
+        (lambda out: (out / "reference" / "group_001.ply").unlink(), "group_001.ply"),
+        (lambda out: (out / "playback" / "group_001-0.pc2").write_bytes(b"POINT"), "group_001-0.pc2"),
+        (lambda out: (out / "playback" / "group_001-0.pc2").write_bytes((out / "playback" / "group_000-0.pc2").read_bytes()), "42 points"),
+        (lambda out: edit_report(out, lambda report: report["sequence"]["numbers"].append(77)), "frame 77"),
+    ],
+)
+def test_broken_results_are_named(blender, ball, results, damage, words):
+    damage(results)
+    with pytest.raises(RuntimeError, match=words):
+        blender.ops.refmesh.load_results(output=str(results))
+
+
+def test_active_member_leads_to_its_sequence(blender, solved):
+    from refmesh_addon.properties import sequence_object
+
+    for member in bpy.data.collections["ball"].objects:
+        blender.context.view_layer.objects.active = member
+        assert sequence_object(blender.context) == solved
+
+
+def test_spacing_of_a_grid_is_its_step():
+    grid = np.stack(np.meshgrid(*[np.arange(4) * 0.5] * 3), axis=-1).reshape(-1, 3)
+    assert spacing(grid) == pytest.approx(0.5)
+
+
+def test_colors_by_place_stay_in_range_for_flat_clouds():
+    colors = colors_by_place(np.column_stack([np.linspace(-3, 5, 7), np.zeros(7), np.ones(7)]))
+    assert colors.shape == (7, 4) and colors.min() > 0 and colors.max() <= 1 and np.all(np.diff(colors[:, 0]) > 0)
+
+
+def edit_report(out, change) -> None:
+    report = json.loads((out / "report.json").read_text())
+    change(report)
+    (out / "report.json").write_text(json.dumps(report))

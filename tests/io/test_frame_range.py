@@ -1,0 +1,38 @@
+import pytest
+
+from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.io.frame_range import FrameRange, in_words, parse_ranges
+
+
+def test_ranges_are_read_as_written():
+    assert parse_ranges("6-10, 14,0003") == (FrameRange(6, 10), FrameRange(14, 14), FrameRange(3, 3))
+    assert parse_ranges("  ") == ()
+
+
+def test_a_range_holds_both_ends():
+    assert [number for number in range(5, 12) if number in FrameRange(6, 10)] == [6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize("text", ["6-", "-6", "a", "6..10", "6-10-12", "1,,2", "6:10", "1.5", "٣"])
+def test_what_is_no_range_is_refused_and_quoted(text):
+    with pytest.raises(RefMeshError, match="--frames") as caught:
+        parse_ranges(text)
+    assert text in str(caught.value)
+
+
+def test_a_falling_range_is_refused_with_the_right_one():
+    with pytest.raises(RefMeshError, match="write 6-10"):
+        parse_ranges("10-6")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"), [([], ""), ([4], "4"), ([7, 5, 6, 9], "5-7, 9"), (range(0, 40, 2), "0, 2, 4, 6, 8, ..., 38")]
+)
+def test_numbers_in_words(numbers, words):
+    assert in_words(numbers) == words
+
+
+def test_words_read_back_give_the_numbers():
+    numbers = [1, 2, 3, 7, 9, 10]
+    ranges = parse_ranges(in_words(numbers))
+    assert [number for number in range(20) if any(number in item for item in ranges)] == numbers

@@ -1,0 +1,25 @@
+"""A sequence small enough to run the whole pipeline on in seconds."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from refmesh_addon.core.settings import Settings
+
+FRAMES = (3, 4, 5)
+TINY = Settings.from_flat({"centers": 50, "resolution": 32, "group_size": 3, "alignment_steps": 1, "fit_rounds": 1, "samples": 1000})
+
+
+@pytest.fixture(scope="session")
+def two_balls(tmp_path_factory):
+    """Folder of three OBJ frames: two balls that come closer, with other vertices in each frame."""
+    folder = tmp_path_factory.mktemp("two_balls")
+    rng = np.random.default_rng(0)
+    for step, number in enumerate(FRAMES):
+        balls = []
+        for side in (-1, 1):
+            ball = trimesh.creation.icosphere(subdivisions=2)
+            ball.apply_transform(trimesh.transformations.random_rotation_matrix(rng.random(3)))
+            balls.append(ball.apply_translation([side * (1.5 - 0.1 * step), 0, 0]))
+        trimesh.util.concatenate(balls).export(folder / f"balls_{number:03d}.obj")
+    return folder
