@@ -20,7 +20,6 @@ environment:
 ## make demo       run the whole job on a sample sequence, into build/demo
 demo: environment
 	$(RUN) headless/run.py $(SAMPLE) --output $(DEMO) --preset draft --preview $(DEMO)/preview.png
-	@echo "made:"; find $(DEMO) -type f -not -path '*/cache/*' | sort
 
 ## make test       all tests
 test: environment

@@ -14,6 +14,7 @@ import argparse
 import os
 import sys
 from pathlib import Path
+from typing import TextIO
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 EXIT_FAILED, EXIT_USAGE = 1, 2
@@ -40,6 +41,7 @@ def main() -> int:
     checkout = register_checkout(bpy)
     try:
         arguments = vars(make_parser(bpy).parse_args(own_arguments(bpy)))
+        stdout = claim_stdout()
         run(bpy, arguments)
     except RuntimeError as error:
         return fail(one_line(error))
@@ -47,7 +49,7 @@ def main() -> int:
         if checkout:
             checkout.unregister()  # some versions of bpy crash or hang at their end when handlers are left
     if not arguments["quiet"]:
-        print(*written(arguments), sep="\n")
+        print(*written(arguments), sep="\n", file=stdout, flush=True)
     return 0
 
 
@@ -55,6 +57,14 @@ def fail(message: str) -> int:
     """Says why there is no result."""
     print(message, file=sys.stderr)
     return EXIT_FAILED
+
+
+def claim_stdout() -> TextIO:
+    """The real stdout, for the list of files alone; what Blender, its renderer and its exporters print there is dropped."""
+    stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+    return stdout
 
 
 def register_checkout(bpy):
@@ -140,6 +150,8 @@ def run(bpy, arguments: dict) -> None:
     output = os.path.abspath(arguments["output"])
     passed = {step: {name: arguments[name] for name in operator_arguments(bpy, step) if name in arguments} for step in STEPS}
     operators.import_sequence(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_sequence"])
+    for kind in arguments["export"]:
+        operators.export(format=kind, only_check=True)  # before hours of work
     operators.run_all(output=output, quiet=arguments["quiet"], **passed["run_all"])
     for kind in arguments["export"]:
         operators.export(format=kind)
@@ -158,7 +170,9 @@ def written(arguments: dict) -> list[str]:
 
 def one_line(error: RuntimeError) -> str:
     """The message of an operator without what Blender puts around it."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Location: ")]
+    if any("Traceback" in line for line in lines):
+        return f"internal error: {lines[-1]}"
     reports = [line.removeprefix("Error: ") for line in lines if line.startswith("Error: ")]
     return (reports or lines or ["failed without a message"])[0]
 

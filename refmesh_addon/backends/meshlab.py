@@ -34,7 +34,10 @@ def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
     """The same surface with about `triangles` well-shaped triangles: evenly remeshed, then reduced by quadric collapses."""
     import pymeshlab
 
-    area = np.linalg.norm(np.cross(*(mesh.vertices[mesh.triangles[:, k]] - mesh.vertices[mesh.triangles[:, 0]] for k in (1, 2))), axis=1).sum() / 2
+    area = (
+        np.linalg.norm(np.cross(*(mesh.vertices[mesh.triangles[:, k]] - mesh.vertices[mesh.triangles[:, 0]] for k in (1, 2))), axis=1).sum()
+        / 2
+    )
     edge = np.sqrt(area / (FINER * triangles) * 4 / np.sqrt(3))
     meshes = _mesh_set(vertex_matrix=mesh.vertices, face_matrix=mesh.triangles)
     meshes.meshing_isotropic_explicit_remeshing(

@@ -25,18 +25,25 @@ FORMATS = {
 }
 
 
+def check_available(kind: str) -> None:
+    """Raises RefMeshError when this Blender cannot write the format."""
+    options = {"abc": bpy.app.build_options.alembic, "usd": bpy.app.build_options.usd, "glb": hasattr(bpy.types, "EXPORT_SCENE_OT_gltf")}
+    if not options.get(kind, True):
+        others = ", ".join(name for name in FORMATS if options.get(name, True))
+        raise RefMeshError(f"--export {kind}: this Blender cannot write it; choose one of {others}, or use another Blender")
+
+
 def export_sequence(owner: bpy.types.Object, kind: str, results: Path, folder: Path) -> list[Path]:
     """Writes the deformed meshes of the sequence object `owner` in the format `kind`; returns the files.
 
     results : output folder of the run.  folder : where to write; made if need be.
-    Raises RefMeshError when there is nothing to export, this Blender lacks the format, or a file cannot be written.
+    Raises RefMeshError when there is nothing to export or a file cannot be written.
     """
     if not owner.refmesh.groups or not all(group.deformed for group in owner.refmesh.groups):
         raise RefMeshError(f"{results}: no deformed meshes to export; run the Deform step first")
     name = bpy.path.clean_name(owner.refmesh.root.name)
     if kind in _COPIES:
         return _COPIES[kind](read_report(results), name, results, output_folder(folder))
-    _check_available(kind)
     target = output_folder(folder) / f"{name}.{kind}"
     _WRITERS[kind](owner, target)
     return [target]
@@ -124,12 +131,6 @@ def _replacing(target: Path) -> Iterator[Path]:
         raise RefMeshError(f"{target}: cannot be written ({str(error).strip()})") from error
     finally:
         partial.unlink(missing_ok=True)
-
-
-def _check_available(kind: str) -> None:
-    options = {"abc": bpy.app.build_options.alembic, "usd": bpy.app.build_options.usd, "glb": hasattr(bpy.types, "EXPORT_SCENE_OT_gltf")}
-    if not options[kind]:
-        raise RefMeshError(f"--export {kind}: this Blender was built without it; choose another of {', '.join(FORMATS)} or another Blender")
 
 
 _COPIES: dict[str, Callable[[dict, str, Path, Path], list[Path]]] = {"pc2": _copy_caches, "ply": _copy_frames}

@@ -23,7 +23,7 @@ from .studio import add, draw_bar, render, studio, write
 # A look from the front, a little from the side and from above, as the turn of a camera.
 VIEW = Euler((pi / 2 - 0.2, 0.0, 0.45))
 GAP = 0.15  # between two meshes, as a share of the widest
-LINE = 0.025  # height of the words, as a share of the width of the picture
+LINE = 0.018  # height of the words, as a share of the width of the picture
 PLAIN_COLOR = (0.55, 0.56, 0.58, 1.0)  # a deformed mesh without error colours
 
 

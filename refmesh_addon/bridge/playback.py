@@ -14,15 +14,18 @@ CACHE_NAME = "RefMesh Playback"
 VISIBILITY = ("hide_viewport", "hide_render")
 
 
-def play_cache(target: bpy.types.Object, cache: Path, first_scene_frame: int) -> None:
-    """Plays a PC2 file on the object; its first sample is shown at `first_scene_frame`, the ends are held.
+def check_cache(cache: Path, vertices: int) -> None:
+    """Raises RefMeshError when a PC2 file is broken or made for another number of vertices.
 
-    Raises RefMeshError when the file is broken or made for another number of vertices (Blender would show the rest
-    shape and say so on the console only).
+    Blender itself would show the rest shape and say so on the console only.
     """
     _, points = pc2_shape(cache)
-    if points != len(target.data.vertices):
-        raise RefMeshError(f"{cache}: moves {points} points, but '{target.name}' has {len(target.data.vertices)}; run the step again")
+    if points != vertices:
+        raise RefMeshError(f"{cache}: moves {points} points, but its mesh has {vertices}; run the step again")
+
+
+def play_cache(target: bpy.types.Object, cache: Path, first_scene_frame: int) -> None:
+    """Plays a PC2 file on the object; its first sample is shown at `first_scene_frame`, the ends are held."""
     modifier = target.modifiers.get(CACHE_NAME) or target.modifiers.new(CACHE_NAME, "MESH_CACHE")
     modifier.cache_format = "PC2"
     modifier.frame_start = first_scene_frame

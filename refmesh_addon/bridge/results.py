@@ -2,34 +2,43 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
+from zipfile import BadZipFile
 
 import bpy
 import numpy as np
 
 from ..core.check import RefMeshError
+from ..core.settings import Settings, flat_fields
+from ..core.types import TriangleMesh
 from ..io.files import read_npz
 from ..io.meshes import read_mesh
 from ..io.report import read_report
 from .centers import show_centers
 from .groups import remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .playback import check_cache
 
+STAGES = tuple(stage.name for stage in fields(Settings))
 SIDE_STEP = 1.25  # distance of source, reference and result, in widths of the whole motion: they never overlap
 
 
-def show_results(owner: bpy.types.Object, folder: Path) -> dict:
-    """Makes or refreshes the objects of the sequence object `owner` from the results in `folder`; returns the report.
+def show_results(owner: bpy.types.Object, folder: Path) -> None:
+    """Makes or refreshes the objects of the sequence object `owner` from the results in `folder`.
 
-    Raises RefMeshError, naming the file, when results are missing, broken, or of another sequence.
+    Raises RefMeshError, naming the file, when results are missing, broken, or of another sequence; the scene is as
+    before then.
     """
     report = read_report(folder)
     scene_frames = _scene_frames(owner, report, folder)
-    positions = read_npz(folder / "centers.npz")["positions"]
-    show_centers(owner, positions[0], folder / report["centers_playback"], scene_frames[report["sequence"]["numbers"][0]])
-    _show_groups(owner, folder, report["groups"], scene_frames)
+    positions = _read_positions(folder / "centers.npz")
+    centers_cache = folder / report["centers_playback"]
+    check_cache(centers_cache, positions.shape[1])
+    meshes = _read_references(folder, report["groups"])
+    show_centers(owner, positions[0], centers_cache, scene_frames[report["sequence"]["numbers"][0]])
+    _show_groups(owner, folder, report["groups"], meshes, scene_frames)
     _arrange(owner, SIDE_STEP * float(np.ptp(positions[..., 0])))
     _note_state(owner, report)
-    return report
 
 
 def _scene_frames(owner: bpy.types.Object, report: dict, folder: Path) -> dict[int, int]:
@@ -42,11 +51,27 @@ def _scene_frames(owner: bpy.types.Object, report: dict, folder: Path) -> dict[i
     return known
 
 
-def _show_groups(owner: bpy.types.Object, folder: Path, groups: list[dict], scene_frames: dict[int, int]) -> None:
+def _read_positions(path: Path) -> np.ndarray:
+    try:
+        return read_npz(path)["positions"]
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
+
+
+def _read_references(folder: Path, groups: list[dict]) -> list[TriangleMesh]:
+    meshes = [read_mesh(folder / group["reference"]) for group in groups]
+    for group, mesh in zip(groups, meshes):
+        if group.get("playback"):
+            check_cache(folder / group["playback"], len(mesh.vertices))
+    return meshes
+
+
+def _show_groups(
+    owner: bpy.types.Object, folder: Path, groups: list[dict], meshes: list[TriangleMesh], scene_frames: dict[int, int]
+) -> None:
     resize_groups(owner, len(groups))
-    for index, group in enumerate(groups):
+    for index, (group, mesh) in enumerate(zip(groups, meshes)):
         owner.refmesh.groups[index].start = scene_frames[group["frames"][0]]
-        mesh = read_mesh(folder / group["reference"])
         show_reference(owner, index, mesh)
         if group.get("playback"):
             show_deformed(owner, index, mesh, folder / group["playback"])
@@ -72,5 +97,6 @@ def _note_state(owner: bpy.types.Object, report: dict) -> None:
         else:
             frame.property_unset("distance")
     reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured)]
-    stages = ("tracking", "reference", "deformation", "evaluation")
-    state.done = {stage for stage, there in zip(stages, reached, strict=True) if there}
+    known = {setting.name for setting in flat_fields()}
+    state.settings.assign({name: value for name, value in report["settings"].items() if name in known})
+    state.done = {stage for stage, there in zip(STAGES, reached, strict=True) if there}

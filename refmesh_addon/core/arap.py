@@ -21,7 +21,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from .cotangent import cotangent_weights, triangle_adjacency
+from .cotangent import cotangent_weights, spokes, triangle_adjacency
 from .geometry import triangle_areas, vertex_components
 from .smooth_rotations import SmoothRotations
 from .types import TriangleMesh, _FrozenArrays
@@ -52,13 +52,13 @@ class ArapSolver:
             raise ValueError(f"smoothness must be 0 or more; got {smoothness}")
         self.mesh = mesh
         self.weights = cotangent_weights(mesh)
-        self.degrees = _row_sums(self.weights)
-        self.laplacian = (sparse.diags(self.degrees) - self.weights).tocsr()
+        self.laplacian = (sparse.diags(_row_sums(self.weights)) - self.weights).tocsr()
         centred = mesh.vertices - mesh.vertices.mean(axis=0)
         spread = 2.0 * _dot(centred, self.laplacian @ centred) - self.laplacian @ _dot(centred, centred)
         self.local_step = SmoothRotations(triangle_adjacency(mesh), smoothness * float(triangle_areas(mesh).sum()), spread)
         self.component_count, self.components = vertex_components(mesh)
         self._last: tuple[bytes, ArapSystem] | None = None
+        self._rest: tuple[np.ndarray, tuple] | None = None
 
     def deform(
         self, handles: np.ndarray, targets: np.ndarray, start: np.ndarray, weight: float | np.ndarray = 1.0, iterations: int = 10
@@ -89,6 +89,14 @@ class ArapSolver:
         fixed : vertices met exactly.
         """
         return ArapSystem(self, sparse.csr_matrix(rows), np.asarray(weights, dtype=np.float64), np.asarray(fixed, dtype=np.int64))
+
+    def rest_operators(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:
+        """`spokes` of a rest shape (R, 3), its transpose, and the sum of w_ij |p_i - p_j|^2; the last shape's are kept."""
+        if self._rest is None or not np.array_equal(self._rest[0], rest):
+            centred = rest - rest.mean(axis=0)
+            matrix = spokes(self.weights, centred)
+            self._rest = rest.copy(), (matrix, matrix.T.tocsr(), 2.0 * float(np.vdot(centred, self.laplacian @ centred)))
+        return self._rest[1]
 
     def _check_handles(self, handles: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> None:
         count = len(self.mesh.vertices)
@@ -127,7 +135,7 @@ class ArapSystem:
         for _ in range(iterations):
             state.move()
             energies.append(state.turn())
-        return Deformation(state.positions + state.origin, state.rotations.reshape(-1, 3, 3), np.array(energies))
+        return Deformation(state.positions + state.origin, state.rotations(), np.array(energies))
 
     def _reached(self) -> np.ndarray:
         """(R,) bool, whether the vertex's component has a constraint."""
@@ -155,48 +163,37 @@ class _State:
         self.origin = start.mean(axis=0)
         self.start = start - self.origin
         self.targets = targets - self.origin
-        self.rest = rest - rest.mean(axis=0)
-        self.rest_laplacian = self.solver.laplacian @ self.rest
-        self.rest_size = 2.0 * np.vdot(self.rest, self.rest_laplacian)
+        self.spokes, self.gather, self.rest_size = self.solver.rest_operators(rest)
         self.positions = self.start.copy()
         if fixed_targets is not None:
             self.positions[system.fixed] = fixed_targets - self.origin
-        self.pulled = system.pull @ self.targets + system.hold[:, None] * self.start
-        self.rotations = None
+        pulled = system.pull @ self.targets + system.hold[:, None] * self.start
+        self.pulled = pulled[system.free] - system.coupling @ self.positions[system.fixed]
+        self.transposed = None  # (R, 9): every rotation's transpose, row-major
 
     def turn(self) -> float:
         """Local step: rotations for these positions; returns the energy after it."""
-        covariance = self._covariance()
-        self.rotations = self.solver.local_step.lowered(self.rotations, covariance)
+        covariance = (self.spokes @ self.positions).reshape(-1, 9)
+        self.transposed = self.solver.local_step.lowered(self.transposed, covariance)
         return self._energy(covariance)
 
     def move(self) -> None:
         """Global step: the positions that minimise the energy for these rotations."""
-        system, free = self.system, self.system.free
-        right = (2.0 * self._rotated_laplacian() + self.pulled)[free] - system.coupling @ self.positions[system.fixed]
-        self.positions[free] = system.factor.solve(right)
+        right = (self.gather @ self.transposed.reshape(-1, 3))[self.system.free]
+        self.positions[self.system.free] = self.system.factor.solve(right + self.pulled)
 
-    def _covariance(self) -> np.ndarray:
-        """(R, 9) sums over j of w_ij (p'_i - p'_j)(p_i - p_j)^T, from moments: no array over the edges."""
-        weights, after, before = self.solver.weights, self.positions, self.rest
-        products = _outer(after, before)
-        sums = weights @ np.hstack([products, after])
-        near_before = self.solver.degrees[:, None] * before - self.rest_laplacian
-        return sums[:, :9] + self.solver.degrees[:, None] * products - _outer(after, near_before) - _outer(sums[:, 9:], before)
-
-    def _rotated_laplacian(self) -> np.ndarray:
-        """(R, 3) sums over j of w_ij (R_i + R_j)/2 (p_i - p_j)."""
-        sums = self.solver.weights @ np.hstack([self.rotations, _applied(self.rotations, self.rest)])
-        return 0.5 * (_applied(self.rotations, self.rest_laplacian) + _applied(sums[:, :9], self.rest) - sums[:, 9:])
+    def rotations(self) -> np.ndarray:
+        return np.ascontiguousarray(self.transposed.reshape(-1, 3, 3).transpose(0, 2, 1))
 
     def _energy(self, covariance: np.ndarray) -> float:
         solver, system = self.solver, self.system
         size = 2.0 * np.vdot(self.positions, solver.laplacian @ self.positions)
-        rigid = size + self.rest_size - 2.0 * np.vdot(self.rotations, covariance)
-        smooth = solver.local_step.beta * solver.local_step.roughness(self.rotations)
+        rigid = size + self.rest_size - 2.0 * np.vdot(self.transposed, covariance)
+        smooth = solver.local_step.energy(self.transposed)
         missed = np.square(system.rows @ self.positions - self.targets).sum(axis=1)
-        strayed = np.square(self.positions - self.start).sum(axis=1)
-        return float(rigid + smooth + system.weights @ missed + system.hold @ strayed)
+        held = np.flatnonzero(system.hold)
+        strayed = np.square(self.positions[held] - self.start[held]).sum()
+        return float(rigid + smooth + system.weights @ missed + HOLD * strayed)
 
 
 def _row_sums(matrix: sparse.spmatrix) -> np.ndarray:
@@ -206,13 +203,3 @@ def _row_sums(matrix: sparse.spmatrix) -> np.ndarray:
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(N,) dot products of (N, 3) rows."""
     return np.einsum("ij,ij->i", a, b)
-
-
-def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(N, 9) row-major outer products of (N, 3) rows."""
-    return (a[:, :, None] * b[:, None, :]).reshape(-1, 9)
-
-
-def _applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """(N, 9) row-major matrices times (N, 3) vectors."""
-    return np.einsum("nij,nj->ni", matrices.reshape(-1, 3, 3), vectors)

@@ -20,10 +20,11 @@ ON_EDGE = 1e-6  # barycentric weight below which a point counts as lying on the 
 
 @dataclass(frozen=True)
 class Limits:
-    """distance : the farthest partner, scene units.  cosine : least agreement of the two normals."""
+    """distance : the farthest partner, scene units.  cosine : least agreement of the two normals.  stride : every n-th point is asked."""
 
     distance: float
     cosine: float
+    stride: int = 1
 
 
 @dataclass(frozen=True)
@@ -59,36 +60,36 @@ class Correspondence:
         self._source_border = border_edges(source.mesh)
         self._reference_border = border_edges(reference)
         whole, kept = merged(source.mesh)
-        self._samples, self._sample_normals = whole.vertices, vertex_normals(whole)
-        self._sample_triangles = _any_triangle(source.mesh)[kept]
+        order = np.argsort(kept)  # as the source has them: what a stride picks must not depend on coordinates
+        self._samples, self._sample_normals = whole.vertices[order], vertex_normals(whole)[order]
+        self._sample_triangles = _any_triangle(source.mesh)[kept[order]]
 
     def from_reference(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
         """Each vertex of the deformed reference and the closest point of the source.
 
         Vertices whose closest point lies on the border of a hole have no partner: the hole is where the source has no surface.
         """
-        found = self._source.query(mesh.vertices, limits.distance)
-        vertex = np.flatnonzero(found.triangles >= 0)
-        triangle = found.triangles[vertex]
+        found = self._source.query(mesh.vertices[:: limits.stride], limits.distance)
+        near = np.flatnonzero(found.triangles >= 0)
+        vertex, triangle = near * limits.stride, found.triangles[near]
         good = _agreement(vertex_normals(mesh)[vertex], self._normals[triangle]) > limits.cosine
-        good &= ~on_border(self._source.mesh, self._source_border, triangle, found.points[vertex])
+        good &= ~on_border(self._source.mesh, self._source_border, triangle, found.points[near])
         good = self._allowed(good, vertex, triangle)
-        vertex = vertex[good]
-        shares = np.tile([1.0, 0.0, 0.0], (len(vertex), 1))
-        return Pairs(np.repeat(vertex[:, None], 3, axis=1), shares, found.points[vertex], found.distances[vertex])
+        shares = np.tile([1.0, 0.0, 0.0], (np.count_nonzero(good), 1))
+        return Pairs(np.repeat(vertex[good, None], 3, axis=1), shares, found.points[near[good]], found.distances[near[good]])
 
     def from_source(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
         """Each vertex of the source and the closest point of the deformed reference: reaches what the reference has missed."""
-        found = SurfaceIndex(mesh).query(self._samples, limits.distance)
-        sample = np.flatnonzero(found.triangles >= 0)
-        triangle = found.triangles[sample]
+        found = SurfaceIndex(mesh).query(self._samples[:: limits.stride], limits.distance)
+        near = np.flatnonzero(found.triangles >= 0)
+        sample, triangle = near * limits.stride, found.triangles[near]
         good = _agreement(self._sample_normals[sample], triangle_normals(mesh)[triangle]) > limits.cosine
-        good &= ~on_border(mesh, self._reference_border, triangle, found.points[sample])
+        good &= ~on_border(mesh, self._reference_border, triangle, found.points[near])
         corners = mesh.triangles[triangle]
-        shares = barycentric(found.points[sample], mesh.vertices[corners])
+        shares = barycentric(found.points[near], mesh.vertices[corners])
         nearest = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)[:, 0]
         good = self._allowed(good, nearest, self._sample_triangles[sample])
-        return Pairs(corners[good], shares[good], self._samples[sample[good]], found.distances[sample[good]])
+        return Pairs(corners[good], shares[good], self._samples[sample[good]], found.distances[near[good]])
 
     def _allowed(self, good: np.ndarray, vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
         if self._compatible is not None:

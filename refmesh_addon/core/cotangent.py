@@ -35,6 +35,24 @@ def cotangent_weights(mesh: TriangleMesh) -> sparse.csr_matrix:
     return _symmetric(np.concatenate(rows), np.concatenate(columns), np.concatenate(weights), len(mesh.vertices))
 
 
+def spokes(weights: sparse.csr_matrix, rest: np.ndarray) -> sparse.csr_matrix:
+    """(3 V, V) matrix that turns positions into covariance sums over the edges at each vertex.
+
+    weights : (V, V) symmetric.  rest : (V, 3) positions p. Times positions p' it gives, in rows 3 i to 3 i + 2, the
+    transpose of sum over j of w_ij (p'_i - p'_j)(p_i - p_j)^T; its own transpose takes rotations to the right side of
+    the global step.
+    """
+    count = len(rest)
+    start = np.repeat(np.arange(count), np.diff(weights.indptr))
+    edges = weights.data[:, None] * (rest[start] - rest[weights.indices])
+    one_axis = []
+    for axis in range(3):
+        across = sparse.csr_matrix((edges[:, axis], weights.indices, weights.indptr), shape=weights.shape)
+        one_axis.append(sparse.diags(np.asarray(across.sum(axis=1)).ravel()) - across)
+    interleaved = np.arange(3 * count).reshape(3, count).T.ravel()
+    return sparse.vstack(one_axis).tocsr()[interleaved]
+
+
 def triangle_adjacency(mesh: TriangleMesh) -> sparse.csr_matrix:
     """Symmetric (V, V) matrix: half the number of triangles along each edge, 1 inside and 1/2 on the boundary."""
     rows, columns = mesh.triangles.ravel(), mesh.triangles[:, [1, 2, 0]].ravel()

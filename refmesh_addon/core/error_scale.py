@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-TOP = 0.005  # share of the bounding-box diagonal at the bright end; a capture's own noise is a few tenths of a per cent
+TOP = 0.002  # share of the bounding-box diagonal at the bright end, where a misfit can be seen in a close view
 # sRGB, even steps; lightness rises evenly, so that the order is seen in print and by the colour-blind.
 TABLE = np.array([(0.16, 0.10, 0.36), (0.20, 0.33, 0.58), (0.14, 0.57, 0.55), (0.47, 0.78, 0.36), (0.99, 0.91, 0.22)])
 

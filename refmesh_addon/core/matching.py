@@ -51,7 +51,7 @@ def match_keypoints(
     """The best partner of each reference key point, where there is one below the threshold.
 
     places : (K, 3) where tracking carries each reference key point in the frame, scene units.
-    rotations : (K, 3, 3) how its surroundings turn on the way (columns vectors: p' = R p); the first start of every search.
+    rotations : (K, 3, 3) how its surroundings turn on the way (column vectors: p' = R p); the first start of every search.
 
     A match is mutual: no other pair of either key point has a smaller error, so each has one partner at most.
     """
@@ -69,7 +69,7 @@ def match_keypoints(
     else:
         r, f, starts = _promising(reference, frame, rotations)
     errors, rotations = fit_patches(reference, frame, (r, f), starts, settings.fixed_point)
-    if settings.fixed_point:
+    if settings.fixed_point:  # parts thinner than the threshold: turned about one point, both sides must still face one way
         facing = np.einsum("nij,nj,ni->n", rotations, reference.normals[r], frame.normals[f]) > 0
         r, f, errors = r[facing], f[facing], errors[facing]
     return _mutual(r, f, errors, settings.threshold)

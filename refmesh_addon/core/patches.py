@@ -50,7 +50,7 @@ def surface_patches(mesh: TriangleMesh, keypoints: np.ndarray, radius: float, co
     sizes = tree.query_ball_point(positions, radius, return_length=True)
     offsets, filled = np.zeros((len(keypoints), count, 3)), np.zeros((len(keypoints), count), dtype=bool)
     by_size = np.argsort(sizes, kind="stable")  # patches of about one size share a block, so little of it is padding
-    for rows in np.split(by_size, np.flatnonzero(np.diff(np.cumsum(sizes[by_size]) // BLOCK_ENTRIES)) + 1):
+    for rows in filter(len, np.split(by_size, np.flatnonzero(np.diff(np.cumsum(sizes[by_size]) // BLOCK_ENTRIES)) + 1)):
         near = _padded(tree.query_ball_point(positions[rows], radius), keypoints[rows])
         picks = _farthest_points(mesh.vertices[near] - positions[rows, None], count)
         offsets[rows] = np.take_along_axis(mesh.vertices[near] - positions[rows, None], picks[:, :, None], axis=1)

@@ -23,8 +23,12 @@ def option(default, help: str, *, low=None, high=None, choices: dict[str, str] |
 class TrackingSettings:
     """Volume tracking: centers that follow the inside of the body through the sequence."""
 
-    centers: int = option(1000, "Points that follow the volume; more of them reach thinner parts such as fingers and cost time", low=16, high=8000)
-    resolution: int = option(256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel resolution")
+    centers: int = option(
+        1000, "Points that follow the volume; more of them reach thinner parts such as fingers and cost time", low=16, high=8000
+    )
+    resolution: int = option(
+        256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel resolution"
+    )
     affinity: str = option(
         "max",
         "How strongly two centers are taken to belong together over time",
@@ -49,8 +53,12 @@ class ReferenceSettings:
             "rbf": "Thin-plate spline through all centers, as in the paper; smooth, so it cannot tear",
         },
     )
-    alignment_steps: int = option(6, "Most steps that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50)
-    poisson_depth: int = option(0, "Octree depth of the screened Poisson reconstruction; 0 chooses it from the triangle budget", low=0, high=12)
+    alignment_steps: int = option(
+        6, "Most steps that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50
+    )
+    poisson_depth: int = option(
+        0, "Octree depth of the screened Poisson reconstruction; 0 chooses it from the triangle budget", low=0, high=12
+    )
     triangles: int = option(0, "Triangles of each reference mesh; 0 takes the median of the group's input frames", low=0, high=5_000_000)
 
 
@@ -67,9 +75,13 @@ class DeformationSettings:
         },
         label="Key-point search",
     )
-    arap_iterations: int = option(10, "Local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations")
+    arap_iterations: int = option(
+        10, "Local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations"
+    )
     smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
-    fit_rounds: int = option(8, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100)
+    fit_rounds: int = option(
+        8, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100
+    )
 
 
 @dataclass(frozen=True)
@@ -119,10 +131,13 @@ def flat_fields() -> list:
 def _check_value(item, value) -> None:
     choices, low, high = item.metadata["choices"], item.metadata["low"], item.metadata["high"]
     words = item.name.replace("_", "-")
-    if choices is not None and value not in choices:
-        raise RefMeshError(f"--{words} is '{value}': choose one of {', '.join(choices)}")
-    if low is not None and not low <= value <= high:
-        raise RefMeshError(f"--{words} is {value}: give a number from {low} to {high}")
+    if choices is not None:
+        if value not in choices:
+            raise RefMeshError(f"--{words} is '{value}': choose one of {', '.join(choices)}")
+        return
+    whole = isinstance(item.default, int)
+    if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)) or not low <= value <= high:
+        raise RefMeshError(f"--{words} is {value}: give a {'whole number' if whole else 'number'} from {low} to {high}")
 
 
 # What each preset changes; everything else keeps its default.

@@ -46,9 +46,11 @@ class SmoothRotations:
         # x^T W x + |x|^2 / 2 is a square. Minimising its tangent, vertex by vertex, can therefore only lower it.
         return _closest(covariance + 2.0 * self.beta * (near + 0.5 * self.neighbours * rotations))
 
-    def roughness(self, rotations: np.ndarray) -> float:
-        """Sum over i and j in N(i) of |R_i - R_j|^2."""
-        return 2.0 * (3.0 * self.neighbours.sum() - np.vdot(rotations, self.adjacency @ rotations))
+    def energy(self, rotations: np.ndarray) -> float:
+        """beta times the sum over i and j in N(i) of |R_i - R_j|^2, scene units squared."""
+        if self.beta == 0:
+            return 0.0
+        return 2.0 * self.beta * (3.0 * self.neighbours.sum() - np.vdot(rotations, self.adjacency @ rotations))
 
     def _newton(self, rotations: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotations after one step, where it lowers f, and the sums over their neighbours."""

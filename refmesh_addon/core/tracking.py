@@ -65,7 +65,9 @@ def next_frame(last: TrackedFrame, before: Volume, volume: Volume, settings: Tra
     motions = rigid_motions(weights, old, centers)
     affinity = updated(last.affinity, centers, lloyd.cells(old, before.finest), motions, settings.affinity)
     cells = lloyd.cells(centers, volume.finest)
-    return TrackedFrame(centers, old, affinity, cells.non_uniformity, cells.energy / spacing**2, _arap_energy(motions, old, centers, spacing), steps)
+    return TrackedFrame(
+        centers, old, affinity, cells.non_uniformity, cells.energy / spacing**2, _arap_energy(motions, old, centers, spacing), steps
+    )
 
 
 def _step(centers, old, weights, level) -> np.ndarray:

@@ -3,9 +3,9 @@
 import os
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ..bridge.exports import FORMATS, export_sequence
+from ..bridge.exports import FORMATS, check_available, export_sequence
 from ..properties import sequence_object
 from .common import SequenceOperator, absolute, reporting
 
@@ -23,8 +23,15 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
         name="Folder", description="Where to write; empty takes 'export' in the output folder", subtype="DIR_PATH", options={"SKIP_SAVE"}
     )
 
+    only_check: BoolProperty(
+        name="Only Check", description="Only say whether this Blender can write the format", options={"HIDDEN", "SKIP_SAVE"}
+    )
+
     @reporting
     def execute(self, context):
+        check_available(self.format)
+        if self.only_check:
+            return {"FINISHED"}
         owner = sequence_object(context)
         results = absolute(owner.refmesh.output)
         folder = absolute(self.directory) if self.directory else results / "export"

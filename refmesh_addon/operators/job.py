@@ -111,10 +111,11 @@ class JobOperator(SequenceOperator):
     def _show_status(self, context, words):
         """In the status bar and, through `status`, in the panel; None gives the status bar back to Blender."""
         self.status = words or ""
-        context.workspace.status_text_set(words and f"RefMesh: {words} (Esc cancels)")
-        for region in (region for area in context.screen.areas if area.type == "VIEW_3D" for region in area.regions):
-            if region.type == "UI":
-                region.tag_redraw()
+        for window in context.window_manager.windows:
+            window.workspace.status_text_set(words and f"RefMesh: {words} (Esc cancels)")
+            for region in (region for area in window.screen.areas if area.type == "VIEW_3D" for region in area.regions):
+                if region.type == "UI":
+                    region.tag_redraw()
 
     def _note(self, event):
         if event.kind == "warning":
@@ -128,7 +129,8 @@ class JobOperator(SequenceOperator):
         if event.kind == "failed":
             raise RefMeshError(event.message)
         if event.kind == "cancelled":
-            raise RefMeshError("cancelled; what is finished is kept, and the same step goes on from there")
+            self.report({"WARNING"}, "cancelled; what is finished is kept, and the same step goes on from there")
+            return {"CANCELLED"}
         owner = next((candidate for candidate in bpy.data.objects if candidate.session_uid == self._owner), None)
         if owner is None:
             raise RefMeshError("the mesh sequence is gone from the scene; its results are in the output folder")

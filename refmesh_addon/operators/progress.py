@@ -42,9 +42,14 @@ def progress_bar(quiet: bool) -> Iterator[Callable]:
     interval = 0.1 if sys.stderr.isatty() else LOG_INTERVAL
     # smoothing=0: the time left comes from the whole time so far, as the stages differ in speed.
     with tqdm(total=1.0, bar_format=BAR_FORMAT, smoothing=0, mininterval=interval, miniters=0, disable=quiet, file=sys.stderr) as bar:
+        stage = ""
 
         def advance(event):
-            bar.set_description_str(stage_and_frame(event), refresh=False)
+            nonlocal stage
+            if event.kind == "warning" and not quiet:
+                bar.write(f"warning: {event.message}", file=sys.stderr)
+            bar.set_description_str(stage_and_frame(event), refresh=event.stage != stage)  # a new stage is shown at once
             bar.update(event.share - bar.n)
+            stage = event.stage
 
         yield advance

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from ..core.settings import Settings
 from ..io.files import output_folder
+from ..io.frame_range import in_words
 from ..io.report import Report
 from ..io.sequence import find_sequence
 from .cache import Cache
 from .frames import Frames
-from .job import JobSpec
+from .job import CACHE_FOLDER, JobSpec
 from .parallel import Workers
 
-CACHE_FOLDER = "cache"
 READING_SHARE = 0.1  # of the tracking stage, for reading and checking the frames
 
 Notify = Callable[[str, int | None, float], None]
@@ -52,7 +52,9 @@ class Context:
             warn(message)
 
         if sequence.gaps:
-            note(f"{sequence.name}: {len(sequence.gaps)} frames are missing between {sequence.numbers[0]} and {sequence.numbers[-1]}; the one before is held")
+            note(
+                f"{sequence.name}: frames {in_words(sequence.gaps)} are missing; the one before is held"
+            )
         cache = Cache(output / CACHE_FOLDER, spec.resume)
         frames = Frames(sequence, cache, note, lambda number, share: notify("tracking", number, READING_SHARE * share))
         report.bbox_diagonal = frames.diagonal

@@ -29,7 +29,8 @@ def deform(context: Context, tracked: Tracked, groups: list[Group]) -> dict[int,
     found = {frame: context.cache.load(_entry(context, frame), keys[group.index]) for group, frame in jobs}
     waiting = [(group, frame) for group, frame in jobs if found[frame] is None]
     tasks = (
-        (group.mesh, group.targets[frame], context.frames.mesh(frame), tracked.positions[frame], group.centers, settings) for group, frame in waiting
+        (group.mesh, group.targets[frame], context.frames.mesh(frame), tracked.positions[frame], group.centers, settings)
+        for group, frame in waiting
     )
     for count, (index, result) in enumerate(context.workers.map(deform_reference, tasks, lambda: context.notify("deformation", None, 0.0))):
         group, frame = waiting[index]

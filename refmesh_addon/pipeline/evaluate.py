@@ -22,7 +22,10 @@ def evaluate(context: Context, deformed: dict[int, TriangleMesh]) -> None:
     """Fills in the distances of each frame's report and colours its PLY by the error of each vertex."""
     settings = context.settings.evaluation
     frames = sorted(deformed)
-    keys = {frame: digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], deformed[frame].vertices.tobytes()) for frame in frames}
+    keys = {
+        frame: digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], deformed[frame].vertices.tobytes())
+        for frame in frames
+    }
     found = {frame: context.cache.load(_entry(context, frame), keys[frame]) for frame in frames}
     waiting = [frame for frame in frames if found[frame] is None]
     tasks = ((context.frames.mesh(frame), deformed[frame], settings.samples) for frame in waiting)
@@ -42,7 +45,9 @@ def _entry(context: Context, frame: int) -> str:
 
 
 def _as_arrays(distance, errors: np.ndarray) -> dict[str, np.ndarray]:
-    there, back = (np.array([getattr(side, name) for name in FIGURES]) for side in (distance.source_to_deformed, distance.deformed_to_source))
+    there, back = (
+        np.array([getattr(side, name) for name in FIGURES]) for side in (distance.source_to_deformed, distance.deformed_to_source)
+    )
     return {"there": there, "back": back, "psnr": np.array([distance.d1_psnr, distance.d2_psnr]), "errors": errors}
 
 

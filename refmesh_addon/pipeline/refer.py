@@ -100,7 +100,9 @@ def _built(context: Context, spans, keys, centers, aligned) -> list[dict[str, np
     done = [context.cache.load(f"reference/mesh_{index:03d}", key) for index, key in enumerate(keys)]
     waiting = [index for index, found in enumerate(done) if found is None]
     tasks = (_building_task(context, spans[index], centers[index], aligned) for index in waiting)
-    for count, (task, result) in enumerate(context.workers.map(build_reference, tasks, lambda: context.notify("reference", None, ALIGNED_SHARE))):
+    for count, (task, result) in enumerate(
+        context.workers.map(build_reference, tasks, lambda: context.notify("reference", None, ALIGNED_SHARE))
+    ):
         index = waiting[task]
         done[index] = result
         context.cache.save(f"reference/mesh_{index:03d}", keys[index], result)
@@ -128,7 +130,9 @@ def _write(context: Context, group: Group, aligned, self_intersections: int) -> 
     before, after = ([float(aligned[frame][name]) for frame in group.frames] for name in ("before", "after"))
     for number, overlap in zip(numbers, after, strict=True):
         if overlap < POOR_OVERLAP:
-            context.warn(f"frame {number}: overlaps its group's anchor frame by only {overlap:.2f} (IoU); a smaller --group-size may serve it better")
+            context.warn(
+                f"frame {number}: overlaps its group's anchor frame by only {overlap:.2f} (IoU); a smaller --group-size may serve it better"
+            )
     path = f"reference/group_{group.index:03d}.ply"
     output_folder(context.output / "reference")
     write_ply(context.output / path, group.mesh)

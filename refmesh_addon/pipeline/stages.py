@@ -16,13 +16,12 @@ from ..core.geometry import mean_edge_length
 from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
 from ..core.matching import MatchSettings, match_keypoints
-from ..core.patches import surface_patches
+from ..core.patches import PATCH_RADIUS, surface_patches
 from ..core.reference_centers import ReferenceCenters, reference_centers
 from ..core.settings import DeformationSettings, ReferenceSettings
 from ..core.surface_fit import fit_surface
 from ..core.types import TriangleMesh
 
-PATCH_RADIUS = 8.0  # of key-point patches, in mean edge lengths of the reference mesh
 KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
 
 
@@ -48,7 +47,13 @@ def place_centers(positions: np.ndarray, tracked: sparse.csr_matrix, spacing: fl
 
 
 def align_frame(
-    mesh: TriangleMesh, centers: np.ndarray, anchor_mesh: TriangleMesh, anchor_centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings, count: int
+    mesh: TriangleMesh,
+    centers: np.ndarray,
+    anchor_mesh: TriangleMesh,
+    anchor_centers: np.ndarray,
+    group: GroupCenters,
+    settings: ReferenceSettings,
+    count: int,
 ) -> dict[str, np.ndarray]:
     """A frame carried to the reference positions and aligned with the anchor frame.
 
@@ -62,10 +67,18 @@ def align_frame(
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
     mapped = frame.to(aligned.targets)
     points, normals = reference_mesh.oriented_points(mapped, frame.whole(mapped), count, np.random.default_rng(0))
-    return {"targets": aligned.targets, "points": points, "normals": normals, "before": np.float64(aligned.before), "after": np.float64(aligned.after)}
+    return {
+        "targets": aligned.targets,
+        "points": points,
+        "normals": normals,
+        "before": np.float64(aligned.before),
+        "after": np.float64(aligned.after),
+    }
 
 
-def build_reference(points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int) -> dict[str, np.ndarray]:
+def build_reference(
+    points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int
+) -> dict[str, np.ndarray]:
     """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
     from ..backends.meshlab import remeshed, screened_poisson, self_intersections  # only in the process that needs it
 
@@ -76,7 +89,12 @@ def build_reference(points: np.ndarray, normals: np.ndarray, anchor_mesh: Triang
 
 
 def deform_reference(
-    reference: TriangleMesh, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, settings: DeformationSettings
+    reference: TriangleMesh,
+    targets: np.ndarray,
+    mesh: TriangleMesh,
+    centers: np.ndarray,
+    group: GroupCenters,
+    settings: DeformationSettings,
 ) -> dict[str, np.ndarray]:
     """The reference mesh deformed to one frame: `vertices` (R, 3), matched key points, and which vertices were `held`.
 
@@ -94,7 +112,8 @@ def deform_reference(
     own, others = carrier.binding.owners, source.binding.owners[mesh.triangles[:, 0]]
 
     def kin(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        return np.asarray(group.affinity[own[vertices], others[triangles]]).ravel() > KIN
+        # Indexing a sparse matrix by empty lists gives a matrix, not an array.
+        return np.asarray(group.affinity[own[vertices], others[triangles]]).ravel() > KIN if len(vertices) else np.zeros(0, dtype=bool)
 
     fitted = fit_surface(solver, posed, SurfaceIndex(mesh), settings, kin)
     return {"vertices": fitted.vertices, "held": fitted.held, **result}

@@ -38,7 +38,11 @@ def track(context: Context) -> Tracked:
     keys = _chained_keys(context)
     states, done = _resumed(context, keys)
     with ThreadPoolExecutor(1) as ahead:  # the next frame is filled while this one is tracked
-        wanted = {index: ahead.submit(_volume, context, index) for index in range(max(done - 1, 0), min(done + 1, len(keys)))} if done < len(keys) else {}
+        wanted = (
+            {index: ahead.submit(_volume, context, index) for index in range(max(done - 1, 0), min(done + 1, len(keys)))}
+            if done < len(keys)
+            else {}
+        )
         before = wanted.pop(done - 1).result() if done and wanted else None
         for index in range(done, len(keys)):
             context.notify("tracking", context.numbers[index], READING_SHARE + (1 - READING_SHARE) * index / len(keys))
@@ -59,12 +63,16 @@ def _volume(context: Context, index: int) -> Volume:
     try:
         return sample_volume(context.frames.body(index), settings.resolution, settings.centers)
     except ValueError as error:
-        raise RefMeshError(f"{context.frames.path(index)}: encloses too little volume to track ({error}); RefMesh needs closed bodies") from error
+        raise RefMeshError(
+            f"{context.frames.path(index)}: too little volume to track ({error}); RefMesh needs closed bodies"
+        ) from error
 
 
 def _check(context: Context, index: int, state: TrackedFrame, volume: Volume) -> None:
     if not np.isfinite(state.centers).all():
-        raise RefMeshError(f"{context.frames.path(index)}: the centers were lost in this frame; leave it out with --frames or use fewer centers")
+        raise RefMeshError(
+            f"{context.frames.path(index)}: the centers were lost here; leave this frame out with --frames"
+        )
 
 
 def _chained_keys(context: Context) -> list[str]:

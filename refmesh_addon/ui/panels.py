@@ -60,7 +60,7 @@ class StepPanel(RefMeshPanel):
 
     def draw(self, context):
         layout = self.layout
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         state = sequence_object(context).refmesh
         for name in self.shown_settings():
             layout.prop(state.settings, name)
@@ -81,7 +81,7 @@ class REFMESH_PT_sequence(StepPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         owner = sequence_object(context)
         state = owner.refmesh
         first, last = state.frames[0].name, state.frames[-1].name

@@ -63,9 +63,9 @@ class Sequence:
         solid = union(*[lambda points, body=body: body.distance(points, time) for body in present])
         return iso_surface(solid, np.asarray(self.center), self.reach, self.cell, np.random.default_rng(seed))
 
-    def frames(self, count: int) -> list[TriangleMesh]:
-        """`count` frames at times 0 to 1, each with vertices of its own."""
-        return [self.frame(time, seed) for seed, time in enumerate(np.linspace(0.0, 1.0, count))]
+    def frames(self, count: int, first_seed: int = 0) -> list[TriangleMesh]:
+        """`count` frames at times 0 to 1, each with a seed and vertices of its own."""
+        return [self.frame(time, seed) for seed, time in enumerate(np.linspace(0.0, 1.0, count), first_seed)]
 
     def labels(self, points: np.ndarray, time: float) -> np.ndarray:
         """Body (N,) that each point lies deepest in at that time."""

@@ -50,7 +50,7 @@ def appear() -> Sequence:
 PALM_RADIUS, PALM_HALF_HEIGHT = 42.0, 9.0
 FINGER_LENGTH, FINGER_RADIUS = 88.0, 9.5
 FINGER_DIRECTIONS = (-0.6, 0.0, 0.6, np.pi)  # radians about z: three fingers and the thumb
-OPEN_CURL, CLOSED_CURL = 0.4, 2.56  # radians
+OPEN_CURL, CLOSED_CURL = 1.5, 2.56  # radians; in twelve frames no fingertip moves by more than a finger's width at a time
 BALL_RADIUS, BALL_HEIGHT, BALL_LIFT = 55.0, 62.0, 45.0
 
 
@@ -61,11 +61,11 @@ def grasp() -> Sequence:
     hand = Body((palm, *(_finger(direction, tilt) for direction in FINGER_DIRECTIONS)))
     lift = Rigid((0, 0, 1), lambda t: 0.0, lambda t: (0.0, 0.0, BALL_HEIGHT + BALL_LIFT * (1.0 - _grip(t))))
     caught = Body((Part(ball((0, 0, 0), BALL_RADIUS), Chain((lift, tilt))),))
-    return Sequence("grasp", (hand, caught), center=(0, 0, 50), reach=165.0, cell=4.8)
+    return Sequence("grasp", (hand, caught), center=(0, 0, 55), reach=140.0, cell=4.8)
 
 
 def _grip(time: float) -> float:
-    return ramp(time, 0.0, 0.35) - ramp(time, 0.65, 1.0)
+    return ramp(time, 0.0, 0.45) - ramp(time, 0.55, 1.0)
 
 
 def _finger(direction: float, tilt: Motion) -> Part:

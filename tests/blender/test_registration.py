@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import bpy
 
 import refmesh_addon
 from refmesh_addon.core.settings import flat_fields
+
+from .conftest import needs_bpy_module
+
+ROOT = Path(refmesh_addon.__file__).resolve().parents[1]
 
 
 def traces() -> dict:
@@ -49,9 +54,10 @@ def test_core_and_pipeline_do_not_import_bpy():
         "import sys; sys.modules['bpy'] = None;"
         "import refmesh_addon.core.settings, refmesh_addon.io.sequence, refmesh_addon.pipeline.client, refmesh_addon.pipeline.worker"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
 
 
+@needs_bpy_module
 def test_registering_imports_nothing_heavy():
     """A wheel that is missing must not keep the add-on from being enabled."""
     code = (
@@ -59,7 +65,7 @@ def test_registering_imports_nothing_heavy():
         "for name in ('scipy', 'trimesh', 'pymeshlab', 'tqdm'): sys.modules[name] = None\n"
         "import bpy, refmesh_addon; refmesh_addon.register(); refmesh_addon.unregister()"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
 
 
 def test_every_property_has_a_tooltip(blender):

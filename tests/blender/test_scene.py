@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
-from .conftest import GROUPS, NUMBERS, place, reference
+from .conftest import GROUPS, NUMBERS, needs_bpy_module, place, reference
 
 # Runs in a process of its own: prints, for each frame, the visible deformed object and its vertices.
 PLAY = """
@@ -29,6 +29,7 @@ numpy.savez(sys.argv[2], **frames)
 """
 
 
+@needs_bpy_module
 def test_moved_scene_plays_without_the_addon(blender, solved, results, tmp_path):
     blender.ops.refmesh.save_scene(filepath=str(results / "scene.blend"))
     moved = tmp_path / "moved" / "elsewhere"

@@ -1,0 +1,124 @@
+"""Jobs: how arguments, preset and panel make up the settings, and what a job does to the scene."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+from refmesh_addon.core.settings import PRESETS, Settings
+from refmesh_addon.operators.progress import Clock, minutes, stage_and_frame
+from refmesh_addon.operators.settings import chosen_settings
+
+# As little work as the pipeline can do on a coarse ball.
+TINY = {"centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "fit_rounds": 1, "arap_iterations": 1, "samples": 100}
+
+STEPS = {"track": "tracking", "extract_reference": "reference", "deform": "deformation", "evaluate": "evaluation"}
+
+
+def settings_of(panel: Settings, **passed) -> Settings:
+    """What a job would run with: the operator's arguments as a script passes them, on top of a panel."""
+    owner = bpy.context.active_object
+    owner.refmesh.settings.assign(panel.to_flat())
+    arguments = bpy.context.window_manager.operator_properties_last("refmesh.run_all")
+    for name in list(arguments.bl_rna.properties.keys()):
+        arguments.property_unset(name)
+    for name, value in passed.items():
+        setattr(arguments, name, value)
+    return chosen_settings(arguments, owner.refmesh.settings)
+
+
+def test_defaults_of_a_new_sequence_are_those_of_the_core(ball):
+    assert settings_of(Settings()) == Settings()
+    assert ball.refmesh.settings.matching_preset() == "standard"
+
+
+def test_what_is_passed_wins_over_preset_wins_over_panel(ball):
+    panel = Settings.from_flat({"centers": 77, "seed": 5, "smoothness": 0.3})
+    assert settings_of(panel) == panel
+    assert settings_of(panel, centers=88) == Settings.from_flat({"centers": 88, "seed": 5, "smoothness": 0.3})
+    assert settings_of(panel, preset="draft") == Settings.from_flat(PRESETS["draft"])
+    assert settings_of(panel, preset="draft", centers=1000) == Settings.from_flat({**PRESETS["draft"], "centers": 1000})
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_preset_button_sets_the_panel(ball, preset):
+    bpy.ops.refmesh.apply_preset(preset=preset)
+    assert Settings.from_flat(ball.refmesh.settings.to_flat()) == Settings.from_flat(PRESETS[preset])
+    assert ball.refmesh.settings.matching_preset() == preset
+
+
+def test_run_all_leaves_results_objects_and_its_settings(ball, tmp_path):
+    output = tmp_path / "new" / "out"
+    assert bpy.ops.refmesh.run_all(output=str(output), quiet=True, **TINY) == {"FINISHED"}
+    report = json.loads((output / "report.json").read_text())
+    assert [frame["number"] for frame in report["frames"]] == [6, 7, 8, 10, 11]
+    assert ball.refmesh.done == {"tracking", "reference", "deformation", "evaluation"}
+    assert ball.refmesh.centers and all(group.deformed and group.reference for group in ball.refmesh.groups)
+    assert Settings.from_flat(ball.refmesh.settings.to_flat()) == Settings.from_flat(TINY)
+    assert ball.refmesh.output == str(output)
+
+
+def test_steps_reach_their_stage_and_no_further(ball, tmp_path):
+    expected = set()
+    for operator, stage in STEPS.items():
+        getattr(bpy.ops.refmesh, operator)(output=str(tmp_path / "out"), quiet=True, frames="6-8", **TINY)
+        expected.add(stage)
+        assert ball.refmesh.done == expected
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda folder: (folder / "ball_0008.obj").write_text("this is no mesh"), "ball_0008.obj"),
+        (lambda folder: (folder / "ball_0008.obj").unlink(), "frame 8"),
+        (lambda folder: [path.unlink() for path in folder.iterdir()], "no meshes found"),
+    ],
+)
+def test_a_job_that_fails_says_which_file_and_changes_nothing(ball, frames, tmp_path, change, words):
+    ball.refmesh.frame_selection = "6-8"
+    change(frames)
+    before = set(bpy.data.objects)
+    with pytest.raises(RuntimeError, match=words) as failure:
+        bpy.ops.refmesh.run_all(output=str(tmp_path / "out"), quiet=True, **TINY)
+    assert "Traceback" not in str(failure.value) and len(str(failure.value).strip().splitlines()) == 1
+    assert set(bpy.data.objects) == before
+
+
+def test_frames_that_were_not_imported_are_refused(blender, frames, tmp_path):
+    blender.ops.refmesh.import_sequence(filepath=str(frames), frames="6-7")
+    with pytest.raises(RuntimeError, match="frame 8 was not imported"):
+        blender.ops.refmesh.run_all(output=str(tmp_path / "out"), frames="6-8", quiet=True)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "operator", ["run_all", "track", "extract_reference", "deform", "evaluate", "load_results", "export", "render_preview"]
+)
+def test_without_a_sequence_every_operator_says_what_to_do(blender, operator):
+    with pytest.raises(RuntimeError, match="import one with File > Import"):
+        getattr(blender.ops.refmesh, operator)()
+
+
+@pytest.mark.parametrize("operator", ["run_all", "export", "import_sequence", "save_scene"])
+def test_edit_mode_is_refused(blender, ball, operator):
+    blender.ops.object.mode_set(mode="EDIT")
+    with pytest.raises(RuntimeError, match="leave edit mode first"):
+        getattr(blender.ops.refmesh, operator)()
+    blender.ops.object.mode_set(mode="OBJECT")
+
+
+def test_cancel_without_a_job_says_so(blender):
+    with pytest.raises(RuntimeError, match="no RefMesh job is running"):
+        blender.ops.refmesh.cancel()
+
+
+def test_progress_in_words():
+    event = SimpleNamespace(stage="tracking", frame=8, share=0.25)
+    assert stage_and_frame(event) == "tracking, frame 8"
+    assert stage_and_frame(SimpleNamespace(stage="reference", frame=None)) == "reference"
+    assert Clock().describe(event).startswith("tracking, frame 8, 25%, ")
+    assert Clock().describe(SimpleNamespace(stage="tracking", frame=None, share=0.0)) == "tracking, 0%"
+    assert [minutes(seconds) for seconds in (0, 59.9, 61, 3600)] == ["0:00", "0:59", "1:01", "60:00"]

@@ -1,0 +1,112 @@
+"""Alignment with the anchor frame: what it recovers, and that the overlap never falls."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from refmesh_addon.core import lloyd
+from refmesh_addon.core.affinity import near_pairs
+from refmesh_addon.core.alignment import AnchorFrame, align
+from refmesh_addon.core.mapping import FrameMap
+from refmesh_addon.core.metrics import iou
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.core.volume import sample_volume
+from refmesh_addon.core.voxels import fill, grid_around
+
+from .shapes import TILT, box, joined, moved
+
+CENTERS = 60
+BODY = moved(joined(box(subdivisions=4), box((0.5, 0.5, 0.9), subdivisions=4, center=(0.9, 0.2, 0.7))), TILT)
+
+
+class Scene:
+    """A body bound to its centers, and itself as the anchor frame."""
+
+    def __init__(self, mesh=BODY):
+        volume = sample_volume(mesh, 32, CENTERS)
+        self.spacing = volume.center_spacing(CENTERS)
+        self.centers = lloyd.spread(volume, CENTERS, np.random.default_rng(0))
+        affinity = near_pairs(self.centers, self.spacing).weights()
+        self.frame = FrameMap(mesh, self.centers, affinity, self.spacing)
+        self.anchor = AnchorFrame.of(mesh, np.ones(len(mesh.triangles), dtype=bool))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return Scene()
+
+
+def swayed(centers, length):
+    """Centers off by a smooth field of about this length."""
+    return centers + length * np.sin(2.0 * centers[:, [1, 2, 0]] + [0.0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.4])
+def test_a_small_deformation_is_undone(scene, share):
+    start = swayed(scene.centers, share * scene.spacing)
+    found = align(scene.frame, start, scene.anchor, 10)
+    assert found.after > 0.97
+    assert (1 - found.after) < 0.4 * (1 - found.before)
+    before, after = (np.linalg.norm(scene.frame.to(targets).vertices - BODY.vertices, axis=1).mean() for targets in (start, found.targets))
+    assert after < 0.7 * before
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_overlap_never_falls_whatever_the_start(scene, seed):
+    rng = np.random.default_rng(seed)
+    start = scene.centers + rng.choice([0.1, 0.5, 2.0]) * scene.spacing * rng.normal(size=scene.centers.shape)
+    history = [align(scene.frame, start, scene.anchor, steps) for steps in range(4)]
+    overlaps = [found.after for found in history]
+    assert overlaps == sorted(overlaps)
+    assert {found.before for found in history} == {overlaps[0]}
+    for found in history:
+        assert found.after == scene.anchor.iou(scene.frame.to(found.targets)), "the figure is that of the targets given back"
+
+
+def test_what_fits_already_is_left_alone(scene):
+    found = align(scene.frame, scene.centers, scene.anchor, 5)
+    assert (found.before, found.after) == (1.0, 1.0)
+    assert_array_equal(found.targets, scene.centers)
+
+
+def test_no_steps_change_nothing(scene):
+    start = swayed(scene.centers, 0.3 * scene.spacing)
+    found = align(scene.frame, start, scene.anchor, 0)
+    assert_array_equal(found.targets, start)
+    assert found.before == found.after < 1
+
+
+def test_a_frame_without_a_partner_in_reach_is_given_back(scene):
+    start = scene.centers + 100 * scene.spacing
+    found = align(scene.frame, start, scene.anchor, 3)
+    assert_array_equal(found.targets, start)
+    assert (found.before, found.after) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("change", [{"scale": 10.0}, {"scale": 1e-3}, {"shift": (20.0, -30.0, 5.0)}])
+def test_scaling_and_moving_the_input_does_the_same_to_the_result(scene, change):
+    start = swayed(scene.centers, 0.3 * scene.spacing)
+    plain = align(scene.frame, start, scene.anchor, 3)
+    scale, shift = change.get("scale", 1.0), np.array(change.get("shift", (0.0, 0.0, 0.0)))
+    mesh = moved(BODY, **change)
+    frame = FrameMap(mesh, scale * scene.centers + shift, scene.frame.affinity, scale * scene.spacing)
+    found = align(frame, scale * start + shift, AnchorFrame.of(mesh, np.ones(len(mesh.triangles), dtype=bool)), 3)
+    assert_allclose(found.targets, scale * plain.targets + shift, atol=0.01 * scale * scene.spacing)
+    assert (found.before, found.after) == (pytest.approx(plain.before, abs=1e-3), pytest.approx(plain.after, abs=1e-3))
+
+
+def test_the_overlap_is_that_of_the_two_volumes(scene):
+    smaller = moved(BODY, scale=0.9)
+    grid = grid_around(BODY.vertices, 128)
+    assert scene.anchor.iou(smaller) == iou(fill(smaller, grid), fill(BODY, grid))
+    assert scene.anchor.iou(smaller) == pytest.approx(0.9**3, abs=0.05)
+
+
+def test_torn_triangles_of_the_anchor_attract_nothing():
+    body = box((1.0, 1.0, 1.0), subdivisions=3)
+    sheet = TriangleMesh(np.array([[-0.5, -0.5, 0.6], [0.5, -0.5, 0.6], [0.5, 0.5, 0.6]]), [[0, 1, 2]])
+    both = joined(body, sheet)
+    anchor = AnchorFrame.of(both, np.arange(len(both.triangles)) < len(body.triangles))
+    above_the_top = np.array([[0.1, 0.0, 0.6]])
+    assert_allclose(anchor.index.query(above_the_top).distances, 0.1)
+    assert len(anchor.normals) == len(body.triangles)

@@ -1,0 +1,96 @@
+"""Partners between a reference and a source surface: each check on its own."""
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from refmesh_addon.core.closest_point import SurfaceIndex
+from refmesh_addon.core.correspondence import Correspondence, Limits, barycentric, border_edges, on_border
+from refmesh_addon.core.types import TriangleMesh
+
+LIMITS = Limits(distance=0.5, cosine=0.5)
+
+
+def sheet(cells=6, height=0.0):
+    """A flat open square of side 1 at z = height, normals up."""
+    x, y = np.meshgrid(np.linspace(0, 1, cells + 1), np.linspace(0, 1, cells + 1), indexing="ij")
+    index = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+    vertices = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)])
+    return TriangleMesh(vertices, np.vstack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def flipped(mesh):
+    return TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1])
+
+
+def with_seam(mesh):
+    """Each triangle with three vertices of its own: the same surface, nothing shared."""
+    return TriangleMesh(mesh.vertices[mesh.triangles].reshape(-1, 3), np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
+
+
+def inner(mesh):
+    return np.flatnonzero(np.all((mesh.vertices[:, :2] > 0.01) & (mesh.vertices[:, :2] < 0.99), axis=1))
+
+
+def test_barycentric_weights_give_the_point_back():
+    rng = np.random.default_rng(0)
+    corners, weights = rng.normal(size=(50, 3, 3)), rng.dirichlet(np.ones(3), 50)
+    assert_allclose(barycentric(np.einsum("nk,nki->ni", weights, corners), corners), weights, atol=1e-9)
+    flat = np.zeros((1, 3, 3))
+    assert_allclose(barycentric(np.zeros((1, 3)), flat).sum(), 1.0)
+
+
+def test_border_is_the_outline_and_seams_are_not():
+    for mesh in (sheet(), with_seam(sheet())):
+        assert border_edges(mesh).sum() == 4 * 6
+        middle, side = np.array([[0.52, 0.43, 0.0]]), np.array([[0.52, 0.0, 0.0]])
+        for point, expected in ((middle, False), (side, True)):
+            found = SurfaceIndex(mesh).query(point)
+            assert on_border(mesh, border_edges(mesh), found.triangles, found.points)[0] == expected
+
+
+def test_vertices_over_a_hole_have_no_partner():
+    source = sheet(6)
+    hole = np.linalg.norm(source.vertices[source.triangles].mean(axis=1)[:, :2] - 0.5, axis=1) < 0.2
+    open_source = TriangleMesh(source.vertices, source.triangles[~hole])
+    reference = sheet(23, height=0.01)
+    pairs = Correspondence(SurfaceIndex(with_seam(open_source)), reference).from_reference(reference, LIMITS)
+    over = np.linalg.norm(reference.vertices[:, :2] - 0.5, axis=1) < 0.1
+    assert over.sum() > 10
+    assert not over[pairs.corners[:, 0]].any()
+    assert len(pairs.corners) > 0.7 * len(inner(reference))
+    assert_allclose(pairs.distances, 0.01, atol=1e-12)
+
+
+def test_partners_need_nearness_and_agreeing_normals():
+    reference = sheet(5, height=0.1)
+    source = SurfaceIndex(sheet(7))
+    correspondence = Correspondence(source, reference)
+    for side in (correspondence.from_reference, correspondence.from_source):
+        assert len(side(reference, LIMITS).corners) > 10
+        assert len(side(reference, Limits(0.05, 0.5)).corners) == 0
+    turned = Correspondence(source, flipped(reference))
+    for side in (turned.from_reference, turned.from_source):
+        assert len(side(flipped(reference), LIMITS).corners) == 0
+
+
+def test_rows_turn_vertices_into_the_points_below_their_targets():
+    reference = sheet(5, height=0.1)
+    for side in (Correspondence.from_reference, Correspondence.from_source):
+        pairs = side(Correspondence(SurfaceIndex(sheet(7)), reference), reference, LIMITS)
+        points = pairs.rows(len(reference.vertices)) @ reference.vertices
+        assert_allclose(points - pairs.targets, np.tile([0.0, 0.0, 0.1], (len(points), 1)), atol=1e-12)
+
+
+def test_refused_pairs_are_left_out_in_both_directions():
+    reference, source = sheet(5, height=0.1), sheet(7)
+
+    def left_half_only(vertices, triangles):
+        assert vertices.shape == triangles.shape
+        return (reference.vertices[vertices, 0] < 0.5) & (source.vertices[source.triangles[triangles, 0], 0] < 0.5)
+
+    correspondence = Correspondence(SurfaceIndex(source), reference, left_half_only)
+    for side in (correspondence.from_reference, correspondence.from_source):
+        targets = side(reference, LIMITS).targets
+        assert len(targets) > 5
+        assert targets[:, 0].max() < 0.7

@@ -1,0 +1,123 @@
+"""The headless entry as a person starts it: in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+from refmesh_addon.core.settings import PRESETS, flat_fields
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = ROOT / "headless" / "run.py"
+TINY = "--centers 16 --resolution 16 --group-size 2 --alignment-steps 0 --fit-rounds 1 --arap-iterations 1 --samples 100".split()
+
+
+def run(*arguments, **options) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, str(SCRIPT), *map(str, arguments)], capture_output=True, text=True, **options)
+
+
+@pytest.fixture
+def frames(tmp_path) -> Path:
+    """Three boxes that grow, numbered from 20."""
+    folder = tmp_path / "box"
+    folder.mkdir()
+    faces = "1 2 4 3,5 7 8 6,1 5 6 2,3 4 8 7,1 3 7 5,2 6 8 4".split(",")
+    for number in (20, 21, 22):
+        size = 1 + 0.02 * number
+        corners = [f"v {x * size} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        (folder / f"box_{number}.obj").write_text("\n".join(corners + [f"f {face}" for face in faces]) + "\n")
+    return folder
+
+
+def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
+    """From another folder, with relative paths; a second run with the same command takes up what is there."""
+    command = ["box", "--frames", "20-21", "--output", "out", *TINY, "--export", "pc2", "--export", "ply", "--export", "abc"]
+    first = run(*command, cwd=tmp_path)
+    assert (first.returncode, "Traceback" in first.stderr) == (0, False), first.stderr
+    assert "tracking" in first.stderr and "%" in first.stderr
+    listed = [tmp_path / line for line in first.stdout.splitlines()]
+    assert all(path.is_file() for path in listed)
+    names = {str(path.relative_to(tmp_path / "out")) for path in listed}
+    assert names >= {"report.json", "centers.npz", "scene.blend", "reference/group_000.ply", "export/box.abc", "export/box_group_000.pc2"}
+    assert {"deformed/frame_0020.ply", "deformed/frame_0021.ply", "export/ply/frame_0020.ply"} <= names
+    assert json.loads((tmp_path / "out" / "report.json").read_text())["settings"]["centers"] == 16
+    before = {path: path.read_bytes() for path in listed if path.suffix in (".ply", ".npz", ".pc2")}
+    second = run(*command, "--quiet", cwd=tmp_path)
+    assert (second.returncode, second.stdout, second.stderr) == (0, "", "")
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ([], "--output"),
+        (["box"], "--output"),
+        (["box", "--output", "out", "--centers", "3"], "--centers"),
+        (["box", "--output", "out", "--smoothness", "much"], "--smoothness"),
+        (["box", "--output", "out", "--mapping", "magic"], "--mapping"),
+        (["box", "--output", "out", "--export", "fbx"], "--export"),
+        (["box", "--output", "out", "--no-such-option"], "--no-such-option"),
+        (["box", "--output", "out", "--cent", "100"], "--cent"),
+    ],
+)
+def test_wrong_options_are_named_in_one_line(frames, tmp_path, arguments, words):
+    done = run(*arguments, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "source, extra, words",
+    [
+        ("nothing", [], "nothing: no such file or folder"),
+        ("box", ["--frames", "20-99"], "frame 99"),
+        ("box/box_21.obj", ["--frames", "21-"], "--frames"),
+        ("empty", [], "no meshes found"),
+    ],
+)
+def test_wrong_input_is_named_in_one_line(frames, tmp_path, source, extra, words):
+    (tmp_path / "empty").mkdir()
+    done = run(source, "--output", "out", *extra, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert words in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_output_that_cannot_be_written_is_named(frames, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    done = run("box", "--output", "file/out", "--quiet", *TINY, cwd=tmp_path)
+    assert done.returncode == 1 and "out" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_help_explains_every_setting_once():
+    text = " ".join(run("--help").stdout.split())
+    for setting in flat_fields():
+        assert text.count(f" --{setting.name.replace('_', '-')} ") >= 1, setting.name
+        assert setting.metadata["help"] in text
+    assert all(name in text for name in PRESETS)
+
+
+def test_missing_bpy_names_the_way_out(frames, tmp_path):
+    arguments = ["run.py", "box", "--output", "out"]
+    code = f"import sys, runpy; sys.modules['bpy'] = None; sys.argv = {arguments}; runpy.run_path({str(SCRIPT)!r}, run_name='__main__')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 1 and "make demo" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_arguments_after_two_dashes_are_ours(frames, tmp_path):
+    done = run("--background", "--", "nothing", "--output", "out", cwd=tmp_path)
+    assert done.returncode == 1 and "nothing" in done.stderr
+
+
+def test_operators_alone_are_used():
+    """The script reaches the add-on by operator ids, so that it serves an installed extension as well."""
+    lines = [line.strip() for line in SCRIPT.read_text().splitlines() if "refmesh_addon" in line]
+    assert lines == ["import refmesh_addon", "refmesh_addon.register()", "return refmesh_addon"]
+    assert os.access(SCRIPT, os.R_OK) and bpy.app.version >= (4, 2)
