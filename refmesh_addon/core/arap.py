@@ -3,8 +3,10 @@
 The energy of positions p' and one rotation R_i for each vertex, against the rest positions p:
 
     sum over i, j in N(i):  w_ij |(p'_i - p'_j) - R_i (p_i - p_j)|^2  +  alpha A |R_i - R_j|^2
-    + sum over constraints: weight_k |b_k p' - target_k|^2            (soft; hard ones are met exactly)
-    + HOLD * sum over vertices of components without any constraint: |p'_i - start_i|^2
+    + sum over constraints: weight_k |b_k p' - target_k|^2            (soft; hard ones are met exactly; with a normal n_k only
+                                                                       the distance along it counts: point to plane)
+    + sum over vertices: hold_i |p'_i - start_i|^2                    (what the caller wants to keep; else HOLD in components
+                                                                       without any constraint, and 0 elsewhere)
 
 w are cotangent weights, A is the surface area and alpha the smoothness: both terms are areas, so the balance does not
 depend on the scale, and since |R_i - R_j|^2 shrinks like the squared edge length while the number of edges grows, it
@@ -61,12 +63,19 @@ class ArapSolver:
         self._rest: tuple[np.ndarray, tuple] | None = None
 
     def deform(
-        self, handles: np.ndarray, targets: np.ndarray, start: np.ndarray, weight: float | np.ndarray = 1.0, iterations: int = 10
+        self,
+        handles: np.ndarray,
+        targets: np.ndarray,
+        start: np.ndarray,
+        weight: float | np.ndarray = 1.0,
+        iterations: int = 10,
+        keep: float = 0.0,
     ) -> Deformation:
         """Moves the handles to their targets and everything else as rigidly as possible.
 
         handles : (K,) distinct vertex indices.  targets : (K, 3) scene units.  start : (R, 3) first guess.
         weight : one number or (K,), no unit, in cotangent weights (an edge of a regular mesh has 0.58); inf for hard handles.
+        keep : weight of every vertex's pull to its start, for a start that is already good far from the handles.
         The factorisation is kept for the next call with the same handles and weights.
         Raises ValueError for shapes, indices or weights that do not fit.
         """
@@ -74,21 +83,21 @@ class ArapSolver:
         weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), handles.shape)
         targets = np.asarray(targets, dtype=np.float64)
         self._check_handles(handles, targets, weights)
-        key = handles.tobytes() + weights.tobytes()
+        key = handles.tobytes() + weights.tobytes() + np.float64(keep).tobytes()
         if self._last is None or self._last[0] != key:
             hard = np.isinf(weights)
             selection = sparse.identity(len(self.mesh.vertices), format="csr")[handles[~hard]]
-            self._last = key, self.system(selection, weights[~hard], handles[hard])
+            self._last = key, self.system(selection, weights[~hard], handles[hard], keep)
         hard = np.isinf(weights)
         return self._last[1].solve(targets[~hard], start, iterations, fixed_targets=targets[hard])
 
-    def system(self, rows: sparse.spmatrix, weights: np.ndarray, fixed: np.ndarray = ()) -> ArapSystem:
+    def system(self, rows: sparse.spmatrix, weights: np.ndarray, fixed: np.ndarray = (), keep: float = 0.0) -> ArapSystem:
         """The factorised system for constraints on points of the surface.
 
         rows : (K, R) sparse, each row the barycentric weights of one constrained point.  weights : (K,) no unit.
-        fixed : vertices met exactly.
+        fixed : vertices met exactly.  keep : weight of every vertex's pull to its start.
         """
-        return ArapSystem(self, sparse.csr_matrix(rows), np.asarray(weights, dtype=np.float64), np.asarray(fixed, dtype=np.int64))
+        return ArapSystem(self, sparse.csr_matrix(rows), np.asarray(weights, dtype=np.float64), np.asarray(fixed, dtype=np.int64), keep)
 
     def rest_operators(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:
         """`spokes` of a rest shape (R, 3), its transpose, and the sum of w_ij |p_i - p_j|^2; the last shape's are kept."""
@@ -113,11 +122,11 @@ class ArapSolver:
 class ArapSystem:
     """One set of constraints, factorised: solved for as many targets as wanted."""
 
-    def __init__(self, solver: ArapSolver, rows: sparse.csr_matrix, weights: np.ndarray, fixed: np.ndarray):
+    def __init__(self, solver: ArapSolver, rows: sparse.csr_matrix, weights: np.ndarray, fixed: np.ndarray, keep: float):
         self.solver, self.fixed = solver, fixed
         self.rows, self.weights = rows, weights
         self.pull = rows.multiply(weights[:, None]).T.tocsr()
-        self.hold = HOLD * ~self._reached()
+        self.hold = np.maximum(HOLD * ~self._reached(), keep)
         self.free = np.setdiff1d(np.arange(len(solver.components)), fixed)
         matrix = (2.0 * solver.laplacian + self.pull @ rows + sparse.diags(self.hold)).tocsr()[self.free]
         self.coupling = matrix[:, fixed]
@@ -128,7 +137,8 @@ class ArapSystem:
         """Local and global steps in turn, `iterations` of each after a first local step.
 
         targets : (K, 3) of the constrained points.  start : (R, 3).
-        options : `fixed_targets` (len(fixed), 3); `rest` (R, 3), a rest shape other than the mesh's own.
+        options : `fixed_targets` (len(fixed), 3); `rest` (R, 3), a rest shape other than the mesh's own; `normals` (K, 3), unit
+        normals of planes through the targets in which the points may slide, and `slides`, how often they do so per iteration.
         """
         state = _State(self, targets, np.asarray(start, dtype=np.float64), **options)
         energies = [state.turn()]
@@ -155,6 +165,8 @@ class _State:
         start: np.ndarray,
         fixed_targets: np.ndarray | None = None,
         rest: np.ndarray | None = None,
+        normals: np.ndarray | None = None,
+        slides: int = 1,
     ):
         self.system, self.solver = system, system.solver
         rest = self.solver.mesh.vertices if rest is None else rest
@@ -162,13 +174,12 @@ class _State:
             raise ValueError(f"start must be {rest.shape} to match the mesh; got {start.shape}")
         self.origin = start.mean(axis=0)
         self.start = start - self.origin
-        self.targets = targets - self.origin
+        self.targets, self.normals, self.slides = targets - self.origin, normals, slides
         self.spokes, self.gather, self.rest_size = self.solver.rest_operators(rest)
         self.positions = self.start.copy()
         if fixed_targets is not None:
             self.positions[system.fixed] = fixed_targets - self.origin
-        pulled = system.pull @ self.targets + system.hold[:, None] * self.start
-        self.pulled = pulled[system.free] - system.coupling @ self.positions[system.fixed]
+        self.steady = system.hold[system.free, None] * self.start[system.free] - system.coupling @ self.positions[system.fixed]
         self.transposed = None  # (R, 9): every rotation's transpose, row-major
 
     def turn(self) -> float:
@@ -178,9 +189,24 @@ class _State:
         return self._energy(covariance)
 
     def move(self) -> None:
-        """Global step: the positions that minimise the energy for these rotations."""
-        right = (self.gather @ self.transposed.reshape(-1, 3))[self.system.free]
-        self.positions[self.system.free] = self.system.factor.solve(right + self.pulled)
+        """Global step: the positions that minimise the energy for these rotations; with planes, a descent towards them.
+
+        The distance to a plane is never more than that to a point of it, and equal for the point below the present position:
+        minimising with those points as targets lowers the energy with the same factorisation as for points.
+        """
+        free = self.system.free
+        steady = (self.gather @ self.transposed.reshape(-1, 3))[free] + self.steady
+        for _ in range(1 if self.normals is None else self.slides):
+            aims = self.targets + self._offsets()[1]
+            self.positions[free] = self.system.factor.solve(steady + (self.system.pull @ aims)[free])
+
+    def _offsets(self) -> tuple[np.ndarray, np.ndarray]:
+        """(K, 3) of each constrained point from its target: the part that counts, and the part that is free."""
+        offsets = self.system.rows @ self.positions - self.targets
+        if self.normals is None:
+            return offsets, np.zeros_like(offsets)
+        counted = self.normals * _dot(self.normals, offsets)[:, None]
+        return counted, offsets - counted
 
     def rotations(self) -> np.ndarray:
         return np.ascontiguousarray(self.transposed.reshape(-1, 3, 3).transpose(0, 2, 1))
@@ -190,10 +216,9 @@ class _State:
         size = 2.0 * np.vdot(self.positions, solver.laplacian @ self.positions)
         rigid = size + self.rest_size - 2.0 * np.vdot(self.transposed, covariance)
         smooth = solver.local_step.energy(self.transposed)
-        missed = np.square(system.rows @ self.positions - self.targets).sum(axis=1)
-        held = np.flatnonzero(system.hold)
-        strayed = np.square(self.positions[held] - self.start[held]).sum()
-        return float(rigid + smooth + system.weights @ missed + HOLD * strayed)
+        missed = np.square(self._offsets()[0]).sum(axis=1)
+        strayed = np.square(self.positions - self.start).sum(axis=1)
+        return float(rigid + smooth + system.weights @ missed + system.hold @ strayed)
 
 
 def _row_sums(matrix: sparse.spmatrix) -> np.ndarray:

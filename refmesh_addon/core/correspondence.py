@@ -9,12 +9,13 @@ import numpy as np
 from scipy import sparse
 
 from .closest_point import SurfaceIndex
-from .geometry import TINY, merged, triangle_normals, vertex_normals
+from .geometry import TINY, merged, normalized, triangle_normals, vertex_normals
 from .types import TriangleMesh, _FrozenArrays
 
 # compatible(vertex_ids, triangle_ids) -> bool for each pair: may this reference vertex lie on this source triangle?
 Compatible = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
+TOUCHING = 1e-6  # share of the greatest distance below which an offset has no direction worth following
 ON_EDGE = 1e-6  # barycentric weight below which a point counts as lying on the opposite edge; rounding stays far below
 
 
@@ -32,18 +33,21 @@ class Pairs(_FrozenArrays):
     """K points of the reference, each with its place on the source.
 
     corners : (K, 3) reference vertices around the point.  shares : (K, 3) their barycentric weights.
-    targets : (K, 3) scene units.  distances : (K,) from the point to its target, scene units.
+    targets : (K, 3) scene units.  normals : (K, 3) unit directions in which the two surfaces lie apart there.
+    distances : (K,) from the point to its target, scene units.
     """
 
     corners: np.ndarray
     shares: np.ndarray
     targets: np.ndarray
+    normals: np.ndarray
     distances: np.ndarray
 
     def rows(self, count: int) -> sparse.csr_matrix:
         """(K, count) matrix that turns vertex positions into the K points."""
         index = np.repeat(np.arange(len(self.corners)), 3)
-        return sparse.csr_matrix((self.shares.ravel(), (index, self.corners.ravel())), shape=(len(self.corners), count))
+        used = self.shares.ravel() != 0
+        return sparse.csr_matrix((self.shares.ravel()[used], (index[used], self.corners.ravel()[used])), shape=(len(self.corners), count))
 
 
 class Correspondence:
@@ -76,20 +80,25 @@ class Correspondence:
         good &= ~on_border(self._source.mesh, self._source_border, triangle, found.points[near])
         good = self._allowed(good, vertex, triangle)
         shares = np.tile([1.0, 0.0, 0.0], (np.count_nonzero(good), 1))
-        return Pairs(np.repeat(vertex[good, None], 3, axis=1), shares, found.points[near[good]], found.distances[near[good]])
+        corners, found_at = np.repeat(vertex[good, None], 3, axis=1), near[good]
+        apart = _apart(mesh.vertices[vertex[good]] - found.points[found_at], self._normals[triangle[good]], limits)
+        return Pairs(corners, shares, found.points[found_at], apart, found.distances[found_at])
 
     def from_source(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
         """Each vertex of the source and the closest point of the deformed reference: reaches what the reference has missed."""
         found = SurfaceIndex(mesh).query(self._samples[:: limits.stride], limits.distance)
         near = np.flatnonzero(found.triangles >= 0)
         sample, triangle = near * limits.stride, found.triangles[near]
-        good = _agreement(self._sample_normals[sample], triangle_normals(mesh)[triangle]) > limits.cosine
+        normals = triangle_normals(mesh)[triangle]
+        good = _agreement(self._sample_normals[sample], normals) > limits.cosine
         good &= ~on_border(mesh, self._reference_border, triangle, found.points[near])
         corners = mesh.triangles[triangle]
         shares = barycentric(found.points[near], mesh.vertices[corners])
         nearest = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)[:, 0]
         good = self._allowed(good, nearest, self._sample_triangles[sample])
-        return Pairs(corners[good], shares[good], self._samples[sample[good]], found.distances[near[good]])
+        targets, found_at = self._samples[sample[good]], near[good]
+        apart = _apart(found.points[found_at] - targets, normals[good], limits)
+        return Pairs(corners[good], shares[good], targets, apart, found.distances[found_at])
 
     def _allowed(self, good: np.ndarray, vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
         if self._compatible is not None:
@@ -125,6 +134,15 @@ def on_border(mesh: TriangleMesh, border: np.ndarray, triangles: np.ndarray, poi
     shares = barycentric(points[near], mesh.vertices[mesh.triangles[triangles[near]]])
     result[near] = (border[triangles[near]] & (shares < ON_EDGE)).any(axis=1)
     return result
+
+
+def _apart(offsets: np.ndarray, normals: np.ndarray, limits: Limits) -> np.ndarray:
+    """Unit directions of (K, 3) offsets to closest points; the triangle's normal where a point lies on the surface.
+
+    Inside a triangle both are the same line. On an edge, rounding decides which triangle was found, but not the direction.
+    """
+    touching = np.linalg.norm(offsets, axis=1) <= TOUCHING * limits.distance
+    return np.where(touching[:, None], normals, normalized(offsets))
 
 
 def _agreement(a: np.ndarray, b: np.ndarray) -> np.ndarray:

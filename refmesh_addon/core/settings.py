@@ -80,7 +80,7 @@ class DeformationSettings:
     )
     smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
     fit_rounds: int = option(
-        8, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100
+        6, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100
     )
 
 

@@ -3,8 +3,8 @@
 Every round pairs vertices with the source and source points with the reference (both ways, so that thin parts which were
 missed are reached), and solves the ARAP system with those pairs as soft constraints. Pull grows and limits tighten from
 round to round. The rest shape is the start itself, not the reference mesh: what is kept is the shape that was carried
-here, so that a surface which truly stretches is not made to slide. A closest point lies straight above or below, so the
-constraint also holds a vertex where it is along the surface.
+here, so that a surface which truly stretches is not made to slide. A closest point lies straight above or below, so a pair
+holds a vertex where it is along the surface, except for the little that planes allow in the later rounds.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ PULL = (1.0, 300.0)  # weight of a pair, where an edge of a regular mesh weighs 
 REACH = (0.04, 0.015)  # farthest partner as a share of the square root of the area: some 5 and 2 edges of a 20k-vertex body
 COSINE = (0.3, 0.5)  # least agreement of the two normals: 73 and 60 degrees
 
-# The first half of the rounds asks every third point: the surface is still rough, and the result measures the same.
-EARLY_STRIDE = 3
+# The first half of the rounds asks every third point and pulls to points: the surface is still rough, and the result
+# measures the same. The second half asks all and pulls to planes, so that vertices reach edges and creases beside them.
+EARLY_STRIDE, SLIDES = 3, 10
 
-# A vertex at a triangle that folded over loses this share of its pull and gains it back by doubling, round by round.
+# A vertex at a triangle that folded over keeps this share of its pull and gains the rest back by doubling, round by round.
 FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
 
 
@@ -67,11 +68,12 @@ def fit_surface(
     residuals = np.zeros(settings.fit_rounds)
     for number in range(settings.fit_rounds):
         pull, reach, cosine = (_between(ends, number, settings.fit_rounds) for ends in (PULL, REACH, COSINE))
-        limits = Limits(reach * size, cosine, EARLY_STRIDE if number < settings.fit_rounds // 2 else 1)
+        early = number < settings.fit_rounds // 2
+        limits = Limits(reach * size, cosine, EARLY_STRIDE if early else 1)
         pairs = correspondence.from_reference(mesh, limits), correspondence.from_source(mesh, limits)
         distances = np.concatenate([side.distances for side in pairs])
         residuals[number] = distances.mean() if len(distances) else 0.0
-        deformation, touched = _solve(solver, pairs, pull * trust, mesh, rest)
+        deformation, touched = _solve(solver, pairs, pull * trust, (mesh, rest), 0 if early else SLIDES)
         mesh = mesh.moved(deformation.vertices)
         trust = np.where(_folded(mesh, rest, deformation.rotations), FOLD_TRUST * trust, np.minimum(TRUST_GROWTH * trust, 1.0))
         progress((number + 1) / settings.fit_rounds)
@@ -79,15 +81,20 @@ def fit_surface(
 
 
 def _solve(
-    solver: ArapSolver, sides: tuple[Pairs, Pairs], pull: np.ndarray, mesh: TriangleMesh, rest: TriangleMesh
+    solver: ArapSolver, sides: tuple[Pairs, Pairs], pull: np.ndarray, shapes: tuple[TriangleMesh, TriangleMesh], slides: int
 ) -> tuple[Deformation, np.ndarray]:
-    """One global step with the pairs of both sides, `pull` (R,) for each vertex, and the (R,) bool of vertices in a pair."""
+    """One ARAP iteration with the pairs of both sides, and the (R,) bool of vertices in a pair.
+
+    pull : (R,) weight of each vertex.  shapes : where it is now and the rest shape.  slides : 0 for points, else for planes.
+    """
     count = len(pull)
     weights = [pull[side.corners].min(axis=1, initial=np.inf) for side in sides]
     weights[1] *= min(1.0, count / max(len(sides[1].corners), 1))  # a dense source must not outweigh its own smoothness
     rows = sparse.vstack([side.rows(count) for side in sides]).tocsr()
+    targets, normals = (np.concatenate([getattr(side, name) for side in sides]) for name in ("targets", "normals"))
+    planes = {"normals": normals, "slides": slides} if slides else {}
     system = solver.system(rows, np.concatenate(weights))
-    deformation = system.solve(np.concatenate([side.targets for side in sides]), mesh.vertices, 1, rest=rest.vertices)
+    deformation = system.solve(targets, shapes[0].vertices, 1, rest=shapes[1].vertices, **planes)
     touched = np.zeros(count, dtype=bool)
     touched[rows.indices] = True
     return deformation, touched

@@ -1,7 +1,8 @@
 """As-rigid-as-possible volume tracking, frame by frame (paper, section "As-Rigid-As-Possible Volume Tracking").
 
-Every center is pulled to the centroid of its share of the volume (uniform spread) and to where the best rigid motion of
-its neighbourhood carries it (coherent motion). Most of the way is done on coarse samples of the volume.
+Every center is pulled to the centroid of its share of the volume (uniform spread) while its kin move as rigidly as they
+can (coherent motion). Published is a weighted mean of two local steps; here each step solves for all centers together,
+which settles in a tenth of the steps. Most of the way is done on coarse samples of the volume.
 """
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ import numpy as np
 
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
+from .rigidity import Rigidity
 from .rotations import RigidMotions, rigid_motions
 from .settings import TrackingSettings
 from .types import _FrozenArrays
-from .volume import Volume
+from .volume import Volume, VolumeSamples
 
-PRESMOOTHING_STEPS = 10  # published: rigid pulls alone after the prediction, before the volume has a say
-LLOYD_WEIGHT, ARAP_WEIGHT = 1.0, 2.0  # shares of the two pulls in a step
-STEP_STOP = (0.03, 0.01, 0.004)  # largest step, in s, that ends each level; the last is the published 1e-4 at 1.8 units
+ARAP_WEIGHT = 20.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
+OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; the volume pulls only at its surface, so whole limbs settle slowly without
+INERTIA = 0.8  # share of the last motion in the first guess; with all of it (published) a ball once set spinning never stops
+STEP_STOP = (0.02, 0.007, 0.003)  # largest step, in s, that ends each level; the last is the published 1e-4 at 1.8 units
 MOST_STEPS = (100, 60, 60)  # per level; the piecewise-constant Lloyd pull may circle just above the stop
 
 
@@ -50,30 +53,28 @@ def first_frame(volume: Volume, settings: TrackingSettings) -> TrackedFrame:
 
 def next_frame(last: TrackedFrame, before: Volume, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
     """Centers carried from the `before` volume, where `last` has them, into the next frame's `volume`."""
-    spacing, weights, old = last.affinity.spacing, last.affinity.weights(), last.centers
-    centers = 2 * old - last.before
-    for _ in range(PRESMOOTHING_STEPS):
-        centers = rigid_motions(weights, old, centers).apply(old)
-    steps = 0
+    old, spacing = last.centers, last.affinity.spacing
+    cells_before = lloyd.cells(old, before.finest)
+    centers, affinity, steps = old + INERTIA * (old - last.before), last.affinity, 0
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MOST_STEPS[-len(volume.levels) :], strict=True):
-        for _ in range(most):
-            step = _step(centers, old, weights, level)
-            centers = centers + step
-            steps += 1
-            if np.linalg.norm(step, axis=1).max() < stop * spacing:
-                break
-    motions = rigid_motions(weights, old, centers)
-    affinity = updated(last.affinity, centers, lloyd.cells(old, before.finest), motions, settings.affinity)
+        weights = affinity.weights()
+        centers, taken = _settled(centers, Rigidity(weights, old), level, stop * spacing, most)
+        # What moves apart in this very frame must not pull on each other on the finer levels.
+        motions = rigid_motions(weights, old, centers)
+        affinity, steps = updated(last.affinity, centers, cells_before, motions, settings.affinity), steps + taken
     cells = lloyd.cells(centers, volume.finest)
-    return TrackedFrame(
-        centers, old, affinity, cells.non_uniformity, cells.energy / spacing**2, _arap_energy(motions, old, centers, spacing), steps
-    )
+    arap_energy = _arap_energy(motions, old, centers, spacing)
+    return TrackedFrame(centers, old, affinity, cells.non_uniformity, cells.energy / spacing**2, arap_energy, steps)
 
 
-def _step(centers, old, weights, level) -> np.ndarray:
-    to_centroid = lloyd.centroids(centers, level) - centers
-    to_rigid = rigid_motions(weights, old, centers).apply(old) - centers
-    return (LLOYD_WEIGHT * to_centroid + ARAP_WEIGHT * to_rigid) / (LLOYD_WEIGHT + ARAP_WEIGHT)
+def _settled(centers: np.ndarray, rigidity: Rigidity, level: VolumeSamples, stop: float, most: int) -> tuple[np.ndarray, int]:
+    """Steps on one level until the largest is below `stop`, scene units; returns the centers and the number of steps."""
+    step, taken, largest = np.zeros_like(centers), 0, np.inf
+    while taken < most and largest >= stop:
+        pull = rigidity.pulled(centers, lloyd.centroids(centers, level), ARAP_WEIGHT) - centers
+        step = MOMENTUM * step + OVER_RELAXATION * pull
+        centers, taken, largest = centers + step, taken + 1, np.linalg.norm(step, axis=1).max()
+    return centers, taken
 
 
 def _arap_energy(motions: RigidMotions, old: np.ndarray, centers: np.ndarray, spacing: float) -> float:

@@ -30,14 +30,16 @@ class Frames:
     """
 
     def __init__(self, sequence: Sequence, cache: Cache, warn: Callable[[str], None], progress: Callable[[int, float], None]):
-        self.sequence, self._cache, self._warn = sequence, cache, warn
+        self.sequence, self._cache = sequence, cache
         self.keys: list[str] = []
         boxes = []
         for index, frame in enumerate(sequence.frames):
             progress(frame.number, index / len(sequence.frames))
             data = read_bytes(frame.path)
             self.keys.append(digest(FRAME_SCHEMA, data))
-            arrays = cache.load_or_make(self._entry(index), self.keys[-1], lambda data=data, path=frame.path: self._parsed(data, path))
+            arrays = cache.load_or_make(self._entry(index), self.keys[-1], lambda data=data, path=frame.path: _parsed(data, path))
+            if arrays["inside_out"]:
+                warn(f"{frame.path}: the mesh is inside out; its triangles are turned round")
             boxes.append((arrays["vertices"].min(axis=0), arrays["vertices"].max(axis=0)))
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
@@ -65,14 +67,6 @@ class Frames:
             raise RefMeshError(f"{self.path(index)}: its cached copy disappeared during the run; start the run again")
         return TriangleMesh(arrays["vertices"], arrays["triangles"])
 
-    def _parsed(self, data: bytes, path: Path) -> dict[str, np.ndarray]:
-        mesh = merged(parse_mesh(data, path))[0]
-        triangles = mesh.triangles
-        if signed_volume(mesh) < 0:
-            self._warn(f"{path}: the mesh is inside out; its triangles are turned round")
-            triangles = triangles[:, ::-1]
-        return {"vertices": mesh.vertices, "triangles": triangles}
-
     def _check_scales(self) -> None:
         usual = float(np.median(self.diagonals))
         jump = np.maximum(self.diagonals / usual, usual / np.maximum(self.diagonals, np.finfo(float).tiny))
@@ -82,3 +76,13 @@ class Frames:
                 f"{self.path(worst)}: its bounding box is {self.diagonals[worst]:.4g} across where the others have about {usual:.4g}; "
                 "export all frames in one unit, or leave it out with --frames"
             )
+
+
+def _parsed(data: bytes, path: Path) -> dict[str, np.ndarray]:
+    mesh = merged(parse_mesh(data, path))[0]
+    inside_out = signed_volume(capped(mesh)) < 0
+    return {
+        "vertices": mesh.vertices,
+        "triangles": mesh.triangles[:, ::-1] if inside_out else mesh.triangles,
+        "inside_out": np.bool_(inside_out),
+    }

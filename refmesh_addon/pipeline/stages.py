@@ -22,6 +22,7 @@ from ..core.settings import DeformationSettings, ReferenceSettings
 from ..core.surface_fit import fit_surface
 from ..core.types import TriangleMesh
 
+KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
 KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
 
 
@@ -104,7 +105,7 @@ def deform_reference(
     start = carrier.to(centers).vertices
     handles, goals = _matched_keypoints(reference, start, carrier.rotations_to(centers), mesh, settings)
     solver = ArapSolver(reference, settings.smoothness)
-    posed = solver.deform(handles, goals, start, iterations=settings.arap_iterations).vertices if len(handles) else start
+    posed = solver.deform(handles, goals, start, iterations=settings.arap_iterations, keep=KEEP).vertices if len(handles) else start
     result = {"keypoints": handles, "keypoint_targets": goals}
     if not settings.fit_rounds:
         return {"vertices": posed, "held": np.ones(len(posed), bool), **result}

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import cKDTree
 
 from ..core.affinity import Affinity
 from ..core.check import RefMeshError
@@ -19,6 +20,8 @@ from .cache import KEY_LENGTH, digest
 from .context import READING_SHARE, Context
 
 TRACKING_SCHEMA = 1
+VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
+OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
 STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
 
 
@@ -50,7 +53,7 @@ def track(context: Context) -> Tracked:
             if index + 1 < len(keys):
                 wanted[index + 1] = ahead.submit(_volume, context, index + 1)
             state = next_frame(states[-1], before, volume, settings) if states else first_frame(volume, settings)
-            _check(context, index, state, volume)
+            _check(context, index, state, before, volume)
             states = [*states[-1:], state]
             context.cache.save(_frame_entry(context, index), keys[index], _figures(state) | {"centers": state.centers})
             context.cache.save(STATE, keys[index], _as_arrays(state))
@@ -63,16 +66,24 @@ def _volume(context: Context, index: int) -> Volume:
     try:
         return sample_volume(context.frames.body(index), settings.resolution, settings.centers)
     except ValueError as error:
-        raise RefMeshError(
-            f"{context.frames.path(index)}: too little volume to track ({error}); RefMesh needs closed bodies"
-        ) from error
+        raise RefMeshError(f"{context.frames.path(index)}: too little volume to track ({error}); RefMesh needs closed bodies") from error
 
 
-def _check(context: Context, index: int, state: TrackedFrame, volume: Volume) -> None:
+def _check(context: Context, index: int, state: TrackedFrame, before: Volume | None, volume: Volume) -> None:
+    """Names a frame in which something came or went, and one in which centers ended outside."""
     if not np.isfinite(state.centers).all():
-        raise RefMeshError(
-            f"{context.frames.path(index)}: the centers were lost here; leave this frame out with --frames"
+        raise RefMeshError(f"{context.frames.path(index)}: the centers were lost here; leave this frame out with --frames")
+    number, growth = context.numbers[index], volume.size / before.size - 1 if before else 0.0
+    if abs(growth) > VOLUME_JUMP:
+        words = (
+            "more volume than the frame before; something appeared"
+            if growth > 0
+            else "less volume than the frame before; something is missing"
         )
+        context.warn(f"frame {number}: encloses {abs(growth):.0%} {words}, and centers move to even that out")
+    outside = np.mean(cKDTree(volume.finest.positions).query(state.centers)[0] > volume.finest.spacing)
+    if outside > OUTSIDE_SHARE:
+        context.warn(f"frame {number}: {outside:.1%} of the centers lie outside the surface; more --centers follow thin parts better")
 
 
 def _chained_keys(context: Context) -> list[str]:
