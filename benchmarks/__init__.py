@@ -1,0 +1,1 @@
+"""Measurements of the tracker: `python -m benchmarks.NAME --help`. Each ends with one line of JSON."""

@@ -1,0 +1,65 @@
+"""What the benchmarks of the tracker share: its options, its input and its loop."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Iterator
+from dataclasses import fields
+from pathlib import Path
+
+from refmesh_addon.core.geometry import merged
+from refmesh_addon.core.settings import Settings, TrackingSettings
+from refmesh_addon.core.tracking import TrackedFrame, first_frame, next_frame
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.core.volume import Volume, sample_volume
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.sequence import find_sequence
+
+FIELDS = {field.name: field for field in fields(TrackingSettings)}
+
+
+def read_bodies(source: str | Path, frames: str = "") -> list[TriangleMesh]:
+    """The meshes of a sequence as the pipeline tracks them, coincident vertices merged."""
+    return [merged(read_mesh(frame.path))[0] for frame in find_sequence(source, frames).frames]
+
+
+def tracked(
+    meshes: Iterable[TriangleMesh], settings: TrackingSettings, start: TrackedFrame | None = None
+) -> Iterator[tuple[TrackedFrame, Volume]]:
+    """State and volume of frame after frame, as the pipeline tracks them.
+
+    start : state of the first frame, where it is known already.
+    """
+    state, before = start, None
+    for mesh in meshes:
+        volume = sample_volume(mesh, settings.resolution, settings.centers)
+        if before is not None:
+            state = next_frame(state, before, volume, settings)
+        elif state is None:
+            state = first_frame(volume, settings)
+        before = volume
+        yield state, volume
+
+
+def add_tracking_options(parser: argparse.ArgumentParser, resolution: int) -> None:
+    """--centers, --resolution, --affinity, and --set for every other field of the settings."""
+    parser.add_argument("--centers", type=int, default=FIELDS["centers"].default)
+    parser.add_argument("--resolution", type=int, default=resolution, help="voxels along the longest side (default: %(default)s)")
+    parser.add_argument("--affinity", default=FIELDS["affinity"].default, choices=FIELDS["affinity"].metadata["choices"])
+    parser.add_argument("--set", action="append", default=[], type=_assignment, metavar="NAME=VALUE", help="any field of TrackingSettings")
+
+
+def tracking_settings(arguments: argparse.Namespace) -> TrackingSettings:
+    """The settings that the options ask for. Raises RefMeshError for a value out of range."""
+    given = {name: getattr(arguments, name) for name in ("centers", "resolution", "affinity")}
+    return Settings.from_flat({**given, **dict(arguments.set)}).tracking
+
+
+def _assignment(text: str) -> tuple[str, object]:
+    name, _, value = text.partition("=")
+    if name not in FIELDS:
+        raise argparse.ArgumentTypeError(f"'{name}' is not one of {', '.join(FIELDS)}")
+    try:
+        return name, type(FIELDS[name].default)(value)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error

@@ -1,0 +1,128 @@
+"""Each benchmark in its smallest form: it ends with one line of JSON whose figures are there and finite."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from benchmarks import memory, published_tracking
+from benchmarks.common import tracked
+from benchmarks.frames import frames_folder
+from benchmarks.trajectories import CASES, Case, judge
+from refmesh_addon.core.settings import TrackingSettings
+from refmesh_addon.core.volume import sample_volume
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = ("--centers", "40", "--resolution", "32")
+SETTINGS = TrackingSettings(centers=40, resolution=32)
+FRAMES = 3
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("frames")
+
+
+def last_line(name: str, *options: str) -> dict:
+    """What the benchmark's last line says."""
+    done = subprocess.run([sys.executable, "-m", f"benchmarks.{name}", *SMALL, *options], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def numbers(value) -> list[float]:
+    """Every number anywhere inside."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    return [number for item in value for number in numbers(item)] if isinstance(value, list) else [value] * isinstance(value, (int, float))
+
+
+def test_trajectories(cache):
+    options = ("--frames", str(FRAMES), "--set", "seed=1", "--repeat", "--cache", str(cache))
+    found = last_line("trajectories", "--cases", "bar", "appear", *options)
+    assert found["settings"]["seed"] == 1
+    everywhere = {"median", "p95", "wrong_end", "wrong_worst", "dfu_mean", "dfu_end", "lost", "not_finite", "repeat_median", "repeat_p95"}
+    assert set(found["cases"]) == {"bar", "appear"}
+    assert all(everywhere <= set(case) for case in found["cases"].values())
+    assert {"late_centers", "late_volume"} <= set(found["cases"]["appear"])
+    assert np.isfinite(numbers(found)).all()
+
+
+def test_tracking(cache):
+    found = last_line("tracking", str(frames_folder("bar", FRAMES, cache)), "--frames", "1-2", "--limit", "20")
+    expected = {"seconds", "published_seconds", "ratio", "energy_ratio", "same_energy", "ratio_to_our_energy", "published_finished"}
+    assert expected <= set(found)
+    assert found["frames"] == 1
+    assert found["published_finished"]
+    assert np.isfinite(numbers(found)).all()
+
+
+def test_memory(cache):
+    found = last_line("memory", "--frames", "10", "20", "--cache", str(cache))
+    assert {"peak_mebibytes", "peak_ratio", "pace_start", "pace_end", "pace_ratio"} <= set(found)
+    assert found["frames"] == [10, 20]
+    assert min(found["peak_mebibytes"]) > 1
+    assert np.isfinite(numbers(found)).all()
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_true_motion_is_judged_faultless(name, cache):
+    case = Case.named(name, FRAMES, cache)
+    points = sample_volume(case.meshes[0], 32, 40).finest.positions[::5]
+    own = case.bodies_of(points, case.times[0])
+    rest = case.sequence.rest(points, own, case.times[0])
+    found = judge(case, np.stack([case.sequence.motion(rest, own, when) for when in case.times]), spacing=1.0)
+    assert found.judged[0].all()
+    assert_allclose(found.errors[found.judged], 0.0, atol=1e-9 * case.sequence.reach)
+    assert not found.wrong.any()
+
+
+def test_a_center_that_changes_its_body_is_found_out(cache):
+    case = Case.named("collide", FRAMES, cache)
+    points = sample_volume(case.meshes[0], 32, 40).finest.positions[::5]
+    own = case.bodies_of(points, case.times[0])
+    one, other = np.flatnonzero(own == 0)[0], np.flatnonzero(own == 1)[0]
+    rest = case.sequence.rest(points, own, case.times[0])
+    positions = np.stack([case.sequence.motion(rest, own, when) for when in case.times])
+    positions[-1, [one, other]] = positions[-1, [other, one]]
+    found = judge(case, positions, spacing=1.0)
+    assert set(np.flatnonzero(found.wrong[-1])) == {one, other}
+    assert not found.wrong[:-1].any()
+
+
+def test_centers_of_a_body_that_left_have_no_true_place(cache):
+    case = Case.named("leave", FRAMES, cache)
+    points = sample_volume(case.meshes[0], 32, 40).finest.positions[::5]
+    own = case.bodies_of(points, case.times[0])
+    found = judge(case, np.stack([points] * FRAMES), spacing=1.0)
+    assert (found.judged[-1] == (own == 0)).all()
+    assert not found.judged[-1].all()
+
+
+def test_published_schedule_carries_a_rigid_body_rigidly(cache):
+    case = Case.named("tumble", 6, cache)
+    start = next(tracked(case.meshes[:1], SETTINGS))[0]
+    frames = published_tracking.track(case.meshes, 32, start.centers, limit=60.0)
+    assert all(frame.finished for frame in frames)
+    found = judge(case, np.stack([frame.centers for frame in frames]), start.affinity.spacing)
+    assert np.median(found.errors) < 0.15
+
+
+def test_published_schedule_lowers_the_energy_that_judges_it(cache):
+    case = Case.named("bar", FRAMES, cache)
+    start = next(tracked(case.meshes[:1], SETTINGS))[0]
+    frames = published_tracking.track(case.meshes[:2], 32, start.centers, limit=60.0)
+    first, last = published_tracking.energies([frame.centers for frame in frames], case.meshes[:2], 32)
+    assert first == pytest.approx((start.lloyd_energy, 0.0))  # at this resolution our samples are all voxels
+    assert sum(last) < frames[1].trace[0][1]
+    assert frames[1].seconds_to(frames[1].trace[-1][1]) <= frames[1].seconds
+    assert frames[1].seconds_to(0.0) is None
+
+
+def test_a_take_played_to_and_fro_repeats_no_frame_at_its_turns():
+    frames = [Path("a"), Path("b"), Path("c")]
+    assert "".join(str(frame) for frame in memory.to_and_fro(frames, 9)) == "abcbabcba"
