@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.types import TriangleMesh
 
+STILL = np.eye(3)
 QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # x to y, y to -x
 TILT = Rotation.from_rotvec([0.3, 0.5, -0.2]).as_matrix()  # a turn that leaves nothing in line with the axes
 
@@ -29,7 +30,7 @@ def torus(major: float = 1.0, minor: float = 0.4) -> TriangleMesh:
     return of(trimesh.creation.torus(major, minor, major_sections=32, minor_sections=16))
 
 
-def moved(mesh: TriangleMesh, turn=np.eye(3), shift=(0.0, 0.0, 0.0), scale: float = 1.0) -> TriangleMesh:
+def moved(mesh: TriangleMesh, turn=STILL, shift=(0.0, 0.0, 0.0), scale: float = 1.0) -> TriangleMesh:
     return mesh.moved(scale * mesh.vertices @ turn.T + np.asarray(shift))
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy import sparse
 
 from refmesh_addon.core.arap import ArapSolver
 from refmesh_addon.core.geometry import mean_edge_length, triangle_areas
@@ -164,6 +165,33 @@ def test_a_component_without_handle_keeps_its_place_and_regains_its_shape():
     assert_allclose(found[second].mean(axis=0), start[second].mean(axis=0), atol=1e-9)
     assert np.abs(found[second] - moved).max() < 0.3 * np.abs(start[second] - moved).max()
     assert_allclose(found[0], one.vertices[0] + 1.0, atol=1e-9)
+
+
+def test_what_is_kept_moves_the_less_the_farther_from_the_handle():
+    mesh, solver = bar(), ArapSolver(bar(), 0.01)
+    start = bent(mesh.vertices)
+    handle = np.array([np.argmax(mesh.vertices[:, 0])])
+    target = start[handle] + [0.0, 0.0, 0.5]
+    moved, loose = (solver.deform(handle, target, start, 10.0, 30, keep=keep).vertices - start for keep in (1.0, 0.0))
+    near, far = np.abs(mesh.vertices[:, 0] - 2.0) < 0.5, mesh.vertices[:, 0] < 0
+    assert np.abs(moved[far]).max() < 0.1 * np.abs(moved[near]).max()
+    assert np.abs(loose[far]).max() > 5 * np.abs(moved[far]).max()
+    energies = solver.deform(handle, target, start, 10.0, 30, keep=1.0).energies
+    assert np.diff(energies).max() <= 1e-10 * energies[0]
+
+
+def test_points_slide_in_their_planes_and_the_energy_still_falls():
+    mesh, solver = bar(), ArapSolver(bar(), 0.01)
+    lifted = mesh.vertices + [0.0, 0.0, 0.3]
+    every = sparse.identity(len(mesh.vertices), format="csr")
+    up = np.tile([0.0, 0.0, 1.0], (len(mesh.vertices), 1))
+    aside = lifted + [0.7, 0.0, 0.0]  # only the height of these targets may count
+    options = {"normals": up, "slides": 5}
+    found = solver.system(every, np.full(len(up), 2.0)).solve(aside, mesh.vertices, 30, **options)
+    assert_allclose(found.vertices, lifted, atol=1e-6)
+    bumpy = aside + 0.1 * np.random.default_rng(7).normal(size=aside.shape)
+    energies = solver.system(every, np.full(len(up), 2.0)).solve(bumpy, mesh.vertices, 30, **options).energies
+    assert np.diff(energies).max() <= 1e-10 * energies[0]
 
 
 def test_vertices_without_triangles_and_no_handles_at_all():

@@ -67,7 +67,7 @@ def test_known_motion_lies_on_the_source_without_sliding_or_folding():
 
 def test_the_truth_stays_in_place():
     result = fit(BENT, bent_source())
-    assert np.median(along_surface(result.vertices - BENT, REFERENCE.moved(BENT))) < 0.02 * MEAN_EDGE
+    assert np.median(along_surface(result.vertices - BENT, REFERENCE.moved(BENT))) < 0.05 * MEAN_EDGE
 
 
 def test_turning_shifting_and_scaling_the_problem_does_so_to_the_answer():
@@ -97,7 +97,7 @@ def test_what_the_source_does_where_pairs_are_refused_changes_nothing():
     hidden = start[:, 0] > 1.0
     assert one.held[hidden].all()
     assert not one.held[start[:, 0] < 0.5].any()
-    assert_allclose(one.vertices, other.vertices, atol=0.01 * MEAN_EDGE)
+    assert_allclose(one.vertices, other.vertices, atol=0.02 * MEAN_EDGE)
     # ARAP alone carries the hidden end along without tearing or stretching it.
     edges = REFERENCE.triangles[np.all(hidden[REFERENCE.triangles], axis=1)][:, :2]
     lengths = [np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (start, one.vertices)]

@@ -13,13 +13,12 @@ from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.core.tracking import TrackedFrame, first_frame, next_frame
 from refmesh_addon.core.volume import sample_volume
 
-from .shapes import QUARTER_TURN, ball, box, joined, moved
+from .shapes import QUARTER_TURN, STILL, ball, box, joined, moved
 
 SETTINGS = TrackingSettings(centers=60, resolution=40)
 IIR = replace(SETTINGS, affinity="iir")
 BODY = joined(box(), box((0.5, 0.5, 0.9), center=(0.9, 0.2, 0.7)))  # two boxes that overlap: nothing about it is symmetric
 SPACING = sample_volume(BODY, SETTINGS.resolution, SETTINGS.centers).center_spacing(SETTINGS.centers)
-STILL = np.eye(3)
 
 
 def meshed(turn, shift, step):
@@ -56,7 +55,7 @@ def test_a_rigid_body_carries_its_centers_rigidly(motion, settings):
         error = np.linalg.norm(state.centers - (states[0].centers @ turn.T + shift), axis=1) / SPACING
         assert np.median(error) < 0.15
         assert error.max() < 0.3
-    assert states[-1].dfu < 1.2 * states[0].dfu
+    assert states[-1].dfu < states[0].dfu + 0.05
     assert states[-1].affinity.agreement.min() > 0.9
 
 
@@ -73,20 +72,28 @@ def stretched(mesh, share):
 
 
 def test_centers_follow_a_stretch_and_stay_even():
-    states = tracked([stretched(BODY, 0.05 * step) for step in range(5)])
-    assert_allclose(np.ptp(states[-1].centers[:, 0]), 1.2 * np.ptp(states[0].centers[:, 0]), rtol=0.03)
-    assert states[-1].dfu < 1.3 * states[0].dfu
-    assert states[-1].arap_energy > 0
+    states = tracked([stretched(BODY, 0.05 * min(step, 4)) for step in range(9)])
+    followed = np.ptp(states[-1].centers[:, 0]) / np.ptp(states[0].centers[:, 0]) - 1
+    assert 0.1 < followed < 0.21, "rigidity holds back, but not for good"
+    assert states[-1].dfu < 0.25
+    assert states[4].arap_energy > 0
 
 
 def moved_state(state, scale, turn, shift):
     """The same tracking, had the input been scaled, turned and moved."""
     change = lambda points: scale * points @ turn.T + shift
-    return replace(state, centers=change(state.centers), before=change(state.before), affinity=replace(state.affinity, spacing=scale * state.affinity.spacing))
+    return replace(
+        state,
+        centers=change(state.centers),
+        before=change(state.before),
+        affinity=replace(state.affinity, spacing=scale * state.affinity.spacing),
+    )
 
 
 @pytest.mark.parametrize(
-    ("scale", "turn", "shift"), [(1e-3, STILL, 0.0), (10.0, STILL, 0.0), (1.0, QUARTER_TURN, 0.0), (1.0, STILL, 30.0)], ids=["small", "large", "turned", "far"]
+    ("scale", "turn", "shift"),
+    [(1e-3, STILL, 0.0), (10.0, STILL, 0.0), (1.0, QUARTER_TURN, 0.0), (1.0, STILL, 30.0)],
+    ids=["small", "large", "turned", "far"],
 )
 def test_scaling_turning_and_moving_the_input_does_the_same_to_the_result(scale, turn, shift):
     meshes = [meshed(*motion, step) for step, motion in enumerate(MOTIONS["both"][:3])]
@@ -109,7 +116,9 @@ def test_bodies_that_meet_and_part_keep_their_centers():
     for state in states:
         assert_array_equal(state.centers[:, 0] < 0, left)
     weights = states[-1].affinity.weights().toarray()
-    assert weights[left][:, ~left].max() < 0.1 * np.median(weights[left][:, left].max(axis=1))
+    assert weights[left][:, ~left].max() < 0.3
+    strongest = [np.sort(weights[side][:, side], axis=1)[:, -2] for side in (left, ~left)]  # after each center's own 1
+    assert np.median(np.concatenate(strongest)) > 0.5
 
 
 def test_a_body_that_vanishes_leaves_no_center_undefined_and_none_outside():

@@ -55,7 +55,10 @@ def test_levels_go_from_coarse_to_fine_and_hold_enough_samples():
     volume = sample_volume(BODY, RESOLUTION, CENTERS)
     counts = [len(level.positions) for level in volume.levels]
     assert counts == sorted(counts)
-    assert all(count >= wanted * CENTERS or level.spacing == volume.voxel for count, wanted, level in zip(counts, SAMPLES_PER_CENTER, volume.levels))
+    assert all(
+        count >= wanted * CENTERS or level.spacing == volume.voxel
+        for count, wanted, level in zip(counts, SAMPLES_PER_CENTER, volume.levels)
+    )
     assert [level.spacing for level in volume.levels] == sorted((level.spacing for level in volume.levels), reverse=True)
     assert volume.finest is volume.levels[-1]
 

@@ -1,5 +1,8 @@
 """A sequence small enough to run the whole pipeline on in seconds."""
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
@@ -23,3 +26,19 @@ def two_balls(tmp_path_factory):
             balls.append(ball.apply_translation([side * (1.5 - 0.1 * step), 0, 0]))
         trimesh.util.concatenate(balls).export(folder / f"balls_{number:03d}.obj")
     return folder
+
+
+@pytest.fixture(scope="session")
+def finished(two_balls, tmp_path_factory):
+    """Output folder of a whole run on the two balls, not to be changed."""
+    from .running import finish
+
+    output = tmp_path_factory.mktemp("finished")
+    finish(two_balls, output)
+    return output
+
+
+@pytest.fixture
+def output(finished, tmp_path):
+    """A copy of that folder, free to be changed."""
+    return Path(shutil.copytree(finished, tmp_path / "out"))

@@ -1,0 +1,54 @@
+"""Runs of the pipeline in the test's own process, and what they left on disk."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from refmesh_addon.core.settings import Settings
+from refmesh_addon.pipeline.job import JobSpec
+from refmesh_addon.pipeline.run import run
+
+from .conftest import TINY
+
+
+def finish(source, output, notify=lambda stage, frame, share: None, **changes) -> list[str]:
+    """Runs a job to its end and gives its warnings. changes : of the job, or of TINY's settings by their flat names."""
+    job = {name: changes.pop(name) for name in ("frames", "until", "resume") if name in changes}
+    settings = Settings.from_flat({**TINY.to_flat(), **changes})
+    warnings: list[str] = []
+    run(replace(JobSpec(str(source), str(output), settings=settings), **job), notify, warnings.append)
+    return warnings
+
+
+def report(output) -> dict:
+    return json.loads((Path(output) / "report.json").read_text(encoding="utf-8"))
+
+
+def results(output) -> dict[str, bytes]:
+    """Path -> bytes of all that a run makes for others; the report without its times and the name of the folder."""
+    output = Path(output)
+    files = [path for path in output.rglob("*") if path.is_file() and "cache" not in path.relative_to(output).parts]
+    found = {str(path.relative_to(output)): path.read_bytes() for path in files}
+    found["report.json"] = json.dumps({**report(output), "seconds": None}).encode()
+    return found
+
+
+def cache_entries(output) -> dict[str, tuple[str, int]]:
+    """Name of each cache entry without its key -> file name and time of writing."""
+    folder = Path(output) / "cache"
+    entries = {}
+    for path in folder.rglob("*.npz"):
+        name = re.sub(r"-[0-9a-f]+\.npz$", "", str(path.relative_to(folder)))
+        assert name not in entries, f"two entries of {name}"
+        entries[name] = (path.name, path.stat().st_mtime_ns)
+    return entries
+
+
+def remade(before: dict, after: dict) -> set[str]:
+    """Names of the entries that were written between two looks."""
+    return {name for name, entry in after.items() if before.get(name) != entry}
+
+
+def stages_of(names: set[str]) -> set[str]:
+    return {name.partition("/")[0] for name in names}

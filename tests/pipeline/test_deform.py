@@ -1,0 +1,78 @@
+"""One frame of the deformation stage, with and without what the paper leaves out."""
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.testing import assert_array_equal
+
+from refmesh_addon.core import lloyd
+from refmesh_addon.core.affinity import near_pairs
+from refmesh_addon.core.closest_point import SurfaceIndex
+from refmesh_addon.core.settings import DeformationSettings
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.core.volume import sample_volume
+from refmesh_addon.pipeline.stages import GroupCenters, deform_reference
+
+CENTERS = 60
+SETTINGS = DeformationSettings(fit_rounds=4)
+
+
+def bent(points):
+    """A bar along x, bent about y."""
+    angle = 0.25 * points[:, 0]
+    return np.stack([np.sin(angle) * (4 + points[:, 2]), points[:, 1], np.cos(angle) * (4 + points[:, 2]) - 4], axis=1)
+
+
+def bar(subdivisions):
+    """Its vertices a little off the faces, so that no two places on it look the same."""
+    box = trimesh.creation.box([3.0, 0.8, 0.6])
+    for _ in range(subdivisions):
+        box = box.subdivide()
+    noise = 0.003 * np.random.default_rng(subdivisions).normal(size=box.vertices.shape)
+    return TriangleMesh(box.vertices + noise, np.asarray(box.faces))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """The bar as reference, its centers, and the bent bar with other triangles as the frame."""
+    reference, other = bar(4), bar(3)
+    volume = sample_volume(reference, 32, CENTERS)
+    centers = lloyd.spread(volume, CENTERS, np.random.default_rng(0))
+    spacing = volume.center_spacing(CENTERS)
+    group = GroupCenters(centers, near_pairs(centers, spacing).weights(), spacing, 0, 0.0)
+    return reference, centers, other.moved(bent(other.vertices)), bent(centers), group
+
+
+def deformed(scene, settings):
+    reference, targets, mesh, centers, group = scene
+    return deform_reference(reference, targets, mesh, centers, group, settings)
+
+
+def test_the_fit_lies_on_the_source(scene):
+    mesh = scene[2]
+    found = deformed(scene, SETTINGS)
+    assert found["vertices"].shape == scene[0].vertices.shape
+    assert SurfaceIndex(mesh).query(found["vertices"]).distances.mean() < 0.002 * mesh.diagonal
+    assert np.mean(found["held"]) < 0.2
+
+
+def test_no_rounds_stop_after_the_key_points(scene):
+    found = deformed(scene, DeformationSettings(fit_rounds=0))
+    assert found["held"].all()
+    mesh = scene[2]
+    distances = [SurfaceIndex(mesh).query(result["vertices"]).distances.mean() for result in (found, deformed(scene, SETTINGS))]
+    assert distances[1] < distances[0]
+
+
+def test_key_points_are_vertices_that_go_to_vertices_of_the_frame(scene):
+    found, (reference, _, mesh, _, _) = deformed(scene, SETTINGS), scene
+    assert len(found["keypoints"]) == len(found["keypoint_targets"])
+    assert (found["keypoints"] < len(reference.vertices)).all()
+    for target in found["keypoint_targets"]:
+        assert (mesh.vertices == target).all(axis=1).any()
+
+
+def test_the_same_input_gives_the_same_bytes(scene):
+    first, again = deformed(scene, SETTINGS), deformed(scene, SETTINGS)
+    for name in first:
+        assert_array_equal(first[name], again[name])
