@@ -8,12 +8,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.check import RefMeshError
+from ..core.geometry import triangle_areas
 from ..core.types import TriangleMesh
 
 SAMPLES_PER_NODE = 1.5  # few enough to follow detail; captures are dense and their noise is averaged over the frames
 POINT_WEIGHT = 4.0  # the library's own balance of the screening (point) term against the smooth (gradient) term
 FINER = 1.3  # triangles of the even remeshing per triangle asked for; decimation takes the surplus from flat places
 FEATURE_ANGLE = 40.0  # degrees; sharper creases keep their place in remeshing
+WORKING_SIZE = 1000.0  # bounding-box diagonal while remeshing: quadric collapses add an absolute term that spoils small meshes
 REMESHING_ROUNDS = 4  # splits, collapses, flips and smoothing in turn; quality has settled by then
 
 
@@ -34,19 +36,18 @@ def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
     """The same surface with about `triangles` well-shaped triangles: evenly remeshed, then reduced by quadric collapses."""
     import pymeshlab
 
-    area = (
-        np.linalg.norm(np.cross(*(mesh.vertices[mesh.triangles[:, k]] - mesh.vertices[mesh.triangles[:, 0]] for k in (1, 2))), axis=1).sum()
-        / 2
-    )
-    edge = np.sqrt(area / (FINER * triangles) * 4 / np.sqrt(3))
-    meshes = _mesh_set(vertex_matrix=mesh.vertices, face_matrix=mesh.triangles)
+    middle, scale = mesh.vertices.mean(axis=0), WORKING_SIZE / mesh.diagonal
+    work = mesh.moved((mesh.vertices - middle) * scale)
+    edge = np.sqrt(triangle_areas(work).sum() / (FINER * triangles) * 4 / np.sqrt(3))
+    meshes = _mesh_set(vertex_matrix=work.vertices, face_matrix=work.triangles)
     meshes.meshing_isotropic_explicit_remeshing(
         iterations=REMESHING_ROUNDS, targetlen=pymeshlab.PureValue(edge), featuredeg=FEATURE_ANGLE, checksurfdist=False
     )
     meshes.meshing_decimation_quadric_edge_collapse(
         targetfacenum=triangles, preservetopology=True, preservenormal=True, optimalplacement=True, planarquadric=True, qualitythr=0.7
     )
-    return _result(meshes)
+    found = _result(meshes)
+    return found.moved(found.vertices / scale + middle)
 
 
 def self_intersections(mesh: TriangleMesh) -> int:

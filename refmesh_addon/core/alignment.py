@@ -16,7 +16,6 @@ from scipy.sparse.linalg import splu
 from .closest_point import SurfaceIndex
 from .geometry import triangle_normals, vertex_normals
 from .mapping import FrameMap
-from .metrics import iou
 from .types import TriangleMesh, _FrozenArrays
 from .voxels import Grid, fill, grid_around
 
@@ -56,8 +55,16 @@ class AnchorFrame:
         return cls(SurfaceIndex(surface), triangle_normals(surface), grid, fill(mesh, grid))
 
     def iou(self, mesh: TriangleMesh) -> float:
-        """Of the volumes of a mapped frame and this one; what leaves the anchor frame's box does not count."""
-        return iou(fill(mesh, self.grid), self.inside)
+        """Of the volumes of a mapped frame and this one, also where the frame leaves the anchor frame's box."""
+        corners = (mesh.vertices - self.grid.origin) / self.grid.spacing
+        low, high = np.floor(corners.min(axis=0)).astype(int), np.ceil(corners.max(axis=0)).astype(int)
+        inside = fill(mesh, Grid(self.grid.origin + low * self.grid.spacing, self.grid.spacing, tuple(np.maximum(high - low, 1))))
+        start = np.maximum(low, 0)
+        end = np.maximum(np.minimum(high, self.grid.shape), start)
+        common, own = (tuple(map(slice, start - corner, end - corner)) for corner in (low, 0))
+        shared = np.count_nonzero(inside[common] & self.inside[own])
+        joint = np.count_nonzero(inside) + np.count_nonzero(self.inside) - shared
+        return shared / joint if joint else 1.0
 
 
 def align(frame: FrameMap, targets: np.ndarray, anchor: AnchorFrame, steps: int) -> Alignment:

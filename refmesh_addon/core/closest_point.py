@@ -21,6 +21,7 @@ BLOCK = 1 << 17  # corners fetched at once: bounds the memory, at most some 200 
 COARSEST = 2.0  # longest edge of a piece, in median longest edges of the triangles
 MOST_PIECES = 4  # pieces per triangle in the mean, beyond that pieces stay larger and searches slower ...
 SPARE_PIECES = 1000  # ... and this many for a mesh of a few triangles
+ROUNDING = 1e-13  # squared distances that differ by less than this share of the squared size are equal but for rounding
 SLACK = 1e-9  # share added to the squared reach: rounding must not lose a winner
 
 
@@ -56,6 +57,7 @@ class SurfaceIndex:
         self._covers = np.repeat(longest**2 / 3.0, 3)[by_node]
         self._starts = np.searchsorted(inverse.reshape(-1)[by_node], np.arange(len(nodes) + 1))
         self._widest = float(self._covers.max())
+        self._rounding = ROUNDING * float(np.abs(corners).max()) ** 2
         self._tree = cKDTree(nodes, balanced_tree=False)
 
     def query(self, points: np.ndarray, max_distance: float = np.inf) -> ClosestPoints:
@@ -119,11 +121,14 @@ class _Search:
         groups = np.flatnonzero(np.diff(query, prepend=-1))
         group = np.cumsum(np.diff(query, prepend=-1) > 0) - 1
         least = np.minimum.reduceat(square, groups)
-        # ties go to the lowest triangle: deterministic
-        lowest = np.minimum.reduceat(np.where(square == least[group], triangle, len(self._index._planes)), groups)
-        best = np.flatnonzero((square == least[group]) & (triangle == lowest[group]))
+        # Ties go to the lowest triangle, up to rounding: whatever the unit, a point nearest to an edge gets the same side of it.
+        rounding = self._index._rounding
+        equal = square <= least[group] + rounding
+        lowest = np.minimum.reduceat(np.where(equal, triangle, len(self._index._planes)), groups)
+        best = np.flatnonzero(equal & (triangle == lowest[group]))
         best = best[np.diff(query[best], prepend=-1) > 0]
-        best = best[square[best] < self.squares[query[best]]]
+        gain, owner = self.squares[query[best]] - square[best], self.owners[query[best]]
+        best = best[np.where(owner < 0, gain > 0, (gain > rounding) | ((gain >= -rounding) & (triangle[best] < owner)))]
         chosen = query[best]
         self.squares[chosen], self.owners[chosen] = square[best], triangle[best]
         self.closest[chosen] = planes[best, 0:3] + along[best, None] * planes[best, 3:6] + across[best, None] * planes[best, 6:9]

@@ -57,7 +57,9 @@ def spread(volume: Volume, count: int, rng: np.random.Generator) -> np.ndarray:
     """`count` centers (C, 3) spread evenly through a volume, coarse levels first."""
     samples = volume.finest
     chosen = rng.choice(len(samples.positions), count, replace=len(samples.positions) < count, p=samples.masses / samples.masses.sum())
-    centers = samples.positions[np.sort(chosen)]
+    # Anywhere in their blocks: a start on the voxels' own lattice is full of ties, which rounding would settle, so that
+    # a body in other units, or elsewhere, would get other centers.
+    centers = samples.positions[np.sort(chosen)] + (rng.random((count, 3)) - 0.5) * samples.spacing
     share = RELAXATION_STEPS // len(volume.levels)
     for level in volume.levels:
         for _ in range(share):

@@ -77,7 +77,7 @@ class FrameMap:
         self.binding = bind(mesh, centers, affinity, spacing)
 
     def to(self, targets: np.ndarray) -> TriangleMesh:
-        """The mesh carried to (C, 3) target centers; both mappings take every center exactly to its target."""
+        """The mesh carried to (C, 3) target centers: exactly where they go for "rbf", near it for "affinity", which blends."""
         if self.mapping == "rbf":
             return self.mesh.moved(spline_mapped(self.mesh.vertices, self.centers, targets))
         turns = rigid_motions(self.affinity, self.centers, targets).rotations

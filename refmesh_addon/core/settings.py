@@ -37,6 +37,12 @@ class TrackingSettings:
             "iir": "Old disagreement fades with time",
         },
     )
+    global_rounds: int = option(
+        0,
+        "Rounds that optimise all frames together after forward tracking: more even, steadier, and slower",
+        low=0,
+        high=10,
+    )
     seed: int = option(0, "Seed of the first random spread of centers; the same seed gives the same bytes", low=0, high=2**31 - 1)
 
 

@@ -104,10 +104,12 @@ def _left_of_edge(corner, triangles, start, end, owner, row, column):
     """Whether each scan line is left of its triangle's edge.
 
     The edge is always evaluated from its lower vertex index, so that the two triangles at an edge get the same number
-    with opposite meaning and a line through the edge hits exactly one of them.
+    with opposite meaning and a line through the edge hits exactly one of them. A line through a corner is taken as moved
+    by a hair along -x, and by a hair of that along y, the same for all edges there, so that it too hits one of them.
     """
     swapped = triangles[:, start] > triangles[:, end]
     first = np.where(swapped[:, None], corner[:, end, :2], corner[:, start, :2])
     along = np.where(swapped[:, None], corner[:, start, :2], corner[:, end, :2]) - first
     cross = along[owner, 0] * (column - first[owner, 1]) - along[owner, 1] * (row - first[owner, 0])
-    return (cross >= 0) != swapped[owner]
+    tie = (along[:, 1] > 0) | ((along[:, 1] == 0) & (along[:, 0] > 0))
+    return ((cross > 0) | ((cross == 0) & tie[owner])) != swapped[owner]

@@ -52,9 +52,7 @@ class Context:
             warn(message)
 
         if sequence.gaps:
-            note(
-                f"{sequence.name}: frames {in_words(sequence.gaps)} are missing; the one before is held"
-            )
+            note(f"{sequence.name}: frames {in_words(sequence.gaps)} are missing; the one before is held")
         cache = Cache(output / CACHE_FOLDER, spec.resume)
         frames = Frames(sequence, cache, note, lambda number, share: notify("tracking", number, READING_SHARE * share))
         report.bbox_diagonal = frames.diagonal

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from ..core.check import RefMeshError
-from ..core.geometry import merged, signed_volume
+from ..core.geometry import merged
 from ..core.holes import capped
+from ..core.orientation import bodies_turned, patches_turned, turned_round
 from ..core.types import TriangleMesh
 from ..io.meshes import parse_mesh, read_bytes
 from ..io.sequence import Sequence
 from .cache import Cache, digest
 
-FRAME_SCHEMA = 1
+FRAME_SCHEMA = 2
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbour and the anchor; a long take never fills the memory
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
@@ -39,7 +40,7 @@ class Frames:
             self.keys.append(digest(FRAME_SCHEMA, data))
             arrays = cache.load_or_make(self._entry(index), self.keys[-1], lambda data=data, path=frame.path: _parsed(data, path))
             if arrays["inside_out"]:
-                warn(f"{frame.path}: the mesh is inside out; its triangles are turned round")
+                warn(f"{frame.path}: a body is inside out; its triangles are turned round")
             boxes.append((arrays["vertices"].min(axis=0), arrays["vertices"].max(axis=0)))
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
@@ -80,9 +81,6 @@ class Frames:
 
 def _parsed(data: bytes, path: Path) -> dict[str, np.ndarray]:
     mesh = merged(parse_mesh(data, path))[0]
-    inside_out = signed_volume(capped(mesh)) < 0
-    return {
-        "vertices": mesh.vertices,
-        "triangles": mesh.triangles[:, ::-1] if inside_out else mesh.triangles,
-        "inside_out": np.bool_(inside_out),
-    }
+    mesh = turned_round(mesh, patches_turned(mesh))
+    inside_out = bodies_turned(mesh)
+    return {"vertices": mesh.vertices, "triangles": turned_round(mesh, inside_out).triangles, "inside_out": inside_out.any()}

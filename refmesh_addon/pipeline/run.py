@@ -7,10 +7,11 @@ from collections.abc import Callable
 from .context import Context, Notify
 from .deform import deform
 from .evaluate import evaluate
+from .global_rounds import optimize_globally
 from .job import JobSpec
 from .parallel import Workers
 from .refer import refer
-from .track import track
+from .track import track, write_tracked
 
 
 def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None]) -> None:
@@ -22,7 +23,8 @@ def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None]) -> None:
     with Workers() as workers:
         context = Context.open(spec, notify, warn, workers)
         with context.timed("tracking"):
-            tracked = track(context)
+            tracked = optimize_globally(context, track(context))
+            write_tracked(context, tracked)
         if "reference" in spec.stages:
             with context.timed("reference"):
                 groups = refer(context, tracked)

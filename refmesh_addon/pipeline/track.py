@@ -19,9 +19,10 @@ from ..io.sequence import held_frames
 from .cache import KEY_LENGTH, digest
 from .context import READING_SHARE, Context
 
-TRACKING_SCHEMA = 1
+TRACKING_SCHEMA = 2
 VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
 OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
+FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimisation follow
 STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
 
 
@@ -36,22 +37,23 @@ class Tracked:
 
 
 def track(context: Context) -> Tracked:
-    """Tracks the centers through all frames and writes centers.npz and their playback."""
+    """Tracks the centers forward through all frames."""
     settings = context.settings.tracking
+    end = FORWARD_SHARE if settings.global_rounds else 1.0
     keys = _chained_keys(context)
     states, done = _resumed(context, keys)
     with ThreadPoolExecutor(1) as ahead:  # the next frame is filled while this one is tracked
         wanted = (
-            {index: ahead.submit(_volume, context, index) for index in range(max(done - 1, 0), min(done + 1, len(keys)))}
+            {index: ahead.submit(volume_of, context, index) for index in range(max(done - 1, 0), min(done + 1, len(keys)))}
             if done < len(keys)
             else {}
         )
         before = wanted.pop(done - 1).result() if done and wanted else None
         for index in range(done, len(keys)):
-            context.notify("tracking", context.numbers[index], READING_SHARE + (1 - READING_SHARE) * index / len(keys))
+            context.notify("tracking", context.numbers[index], READING_SHARE + (end - READING_SHARE) * index / len(keys))
             volume = wanted.pop(index).result()
             if index + 1 < len(keys):
-                wanted[index + 1] = ahead.submit(_volume, context, index + 1)
+                wanted[index + 1] = ahead.submit(volume_of, context, index + 1)
             state = next_frame(states[-1], before, volume, settings) if states else first_frame(volume, settings)
             _check(context, index, state, before, volume)
             states = [*states[-1:], state]
@@ -61,7 +63,8 @@ def track(context: Context) -> Tracked:
     return _finished(context, keys, states[-1])
 
 
-def _volume(context: Context, index: int) -> Volume:
+def volume_of(context: Context, index: int) -> Volume:
+    """The volume of a frame by its index. Raises RefMeshError, naming the file, when there is too little of it."""
     settings = context.settings.tracking
     try:
         return sample_volume(context.frames.body(index), settings.resolution, settings.centers)
@@ -87,8 +90,10 @@ def _check(context: Context, index: int, state: TrackedFrame, before: Volume | N
 
 
 def _chained_keys(context: Context) -> list[str]:
-    """Each frame's result depends on the settings and on all frames up to it."""
-    key, keys = digest(TRACKING_SCHEMA, asdict(context.settings.tracking)), []
+    """Each frame's result depends on the settings of the forward pass and on all frames up to it."""
+    settings = asdict(context.settings.tracking)
+    del settings["global_rounds"]
+    key, keys = digest(TRACKING_SCHEMA, settings), []
     for frame_key in context.frames.keys:
         key = digest(key, frame_key)
         keys.append(key)
@@ -131,9 +136,13 @@ def _finished(context: Context, keys: list[str], last: TrackedFrame) -> Tracked:
     for name in ("dfu", "lloyd_energy", "arap_energy"):
         context.report.tracking[name] = [float(entry[name]) for entry in entries]
     context.report.tracking["center_spacing"] = last.affinity.spacing
-    write_centers(context, positions, {})
-    _write_playback(context, positions, keys[-1])
     return Tracked(positions, last.affinity.weights(), last.affinity.spacing, keys[-1])
+
+
+def write_tracked(context: Context, tracked: Tracked) -> None:
+    """centers.npz and the playback of the centers."""
+    write_centers(context, tracked.positions, {})
+    _write_playback(context, tracked.positions, tracked.key)
 
 
 def write_centers(context: Context, positions: np.ndarray, reference_centers: dict[str, np.ndarray]) -> None:

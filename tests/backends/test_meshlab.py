@@ -124,3 +124,11 @@ def test_crossing_triangles_are_counted(apart):
 def test_points_that_give_no_surface_are_refused_in_words(apart):
     with pytest.raises(RefMeshError, match="came out empty"):
         apart(meshlab.screened_poisson, np.random.default_rng(0).random((5, 3)), np.ones((5, 3)), DEPTH)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 10.0])
+def test_remeshing_has_no_unit(apart, scale):
+    body = BODIES["two balls"]
+    plain, found = apart(meshlab.remeshed, body, 600), apart(meshlab.remeshed, body.moved(scale * body.vertices), 600)
+    assert len(found.triangles) == len(plain.triangles)
+    assert distance(found.moved(found.vertices / scale), plain) < 0.1 * mean_edge_length(plain)

@@ -110,3 +110,10 @@ def test_torn_triangles_of_the_anchor_attract_nothing():
     above_the_top = np.array([[0.1, 0.0, 0.6]])
     assert_allclose(anchor.index.query(above_the_top).distances, 0.1)
     assert len(anchor.normals) == len(body.triangles)
+
+
+def test_what_leaves_the_anchors_box_counts_against_the_overlap():
+    body = box((1.0, 1.0, 1.0))
+    anchor = AnchorFrame.of(body, np.ones(len(body.triangles), dtype=bool))
+    assert anchor.iou(joined(body, box((1.0, 1.0, 1.0), center=(2.0, 0, 0)))) == pytest.approx(0.5, abs=0.02)
+    assert anchor.iou(moved(body, shift=(0.5, 0, 0))) == pytest.approx(1 / 3, abs=0.02)

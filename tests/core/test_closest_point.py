@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial import ConvexHull
 
 from refmesh_addon.core.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
@@ -138,3 +139,16 @@ def test_no_queries_give_empty_arrays_and_no_triangles_are_refused():
     assert SurfaceIndex(sphere()).query(np.empty((0, 3))).points.shape == (0, 3)
     with pytest.raises(ValueError, match="no triangles"):
         SurfaceIndex(TriangleMesh(np.zeros((3, 3)), np.empty((0, 3))))
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1e-3, 0.0), (10.0, 0.0), (1.0, 20.0)])
+def test_a_point_nearest_to_an_edge_has_the_same_triangle_in_any_unit(scale, shift):
+    """Both triangles of an edge are equally far; rounding must not choose, because their normals differ."""
+    rng = np.random.default_rng(0)
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) + 0.05 * rng.normal(size=(8, 3))
+    hull = ConvexHull(corners)
+    points = rng.normal(size=(3000, 3)) + 0.5
+    found = [
+        SurfaceIndex(TriangleMesh(s * corners + t, hull.simplices)).query(s * points + t).triangles for s, t in ((1.0, 0.0), (scale, shift))
+    ]
+    np.testing.assert_array_equal(found[1], found[0])

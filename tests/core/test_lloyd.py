@@ -104,3 +104,11 @@ def test_as_many_centers_as_voxels_and_more():
     volume = volume_of(box((1.0, 1.0, 1.0)), resolution=3, count=27)
     assert_allclose(np.sort(spread(volume, 27, np.random.default_rng(0)), axis=0), np.sort(volume.finest.positions, axis=0))
     assert np.isfinite(spread(volume, 40, np.random.default_rng(0))).all()
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(0.5, 0.0), (1e-3, 0.0), (10.0, 0.0), (1.0, 20.0)])
+def test_centers_scale_and_move_with_the_body(scale, shift):
+    plain = spread(volume_of(BODY), CENTERS, np.random.default_rng(0))
+    changed = volume_of(moved(BODY, scale=scale, shift=(shift,) * 3))
+    found = spread(changed, CENTERS, np.random.default_rng(0))
+    assert_allclose(found, scale * plain + shift, atol=1e-6 * changed.voxel)

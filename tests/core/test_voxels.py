@@ -147,3 +147,13 @@ def test_a_single_point_is_refused():
 def test_a_flat_sheet_encloses_nothing():
     sheet = TriangleMesh(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) @ TILT.T, [[0, 1, 2], [0, 2, 3]])
     assert not filled(sheet).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("resolution", [4, 12, 28])
+def test_scan_lines_through_corners_count_once(seed, resolution):
+    # Corners at eighths of the side: at these resolutions some lie exactly on a scan line.
+    mesh, rng = box((1.0, 1.0, 1.0), subdivisions=3), np.random.default_rng(seed)
+    order = rng.permutation(len(mesh.vertices))
+    shuffled = TriangleMesh(mesh.vertices[order], np.argsort(order)[mesh.triangles])
+    assert filled(shuffled, resolution).all()

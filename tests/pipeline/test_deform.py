@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import trimesh
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core import lloyd
 from refmesh_addon.core.affinity import near_pairs
 from refmesh_addon.core.closest_point import SurfaceIndex
+from refmesh_addon.core.mapping import FrameMap
 from refmesh_addon.core.settings import DeformationSettings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.core.volume import sample_volume
@@ -76,3 +77,24 @@ def test_the_same_input_gives_the_same_bytes(scene):
     first, again = deformed(scene, SETTINGS), deformed(scene, SETTINGS)
     for name in first:
         assert_array_equal(first[name], again[name])
+
+
+@pytest.mark.parametrize("scale", [1e-3, 10.0])
+def test_scaling_everything_scales_the_result(scene, scale):
+    reference, targets, mesh, centers, group = scene
+    larger = GroupCenters(scale * group.positions, group.affinity, scale * group.spacing, 0, 0.0)
+    scaled = (reference.moved(scale * reference.vertices), scale * targets, mesh.moved(scale * mesh.vertices), scale * centers, larger)
+    assert_allclose(deformed(scaled, SETTINGS)["vertices"], scale * deformed(scene, SETTINGS)["vertices"], atol=1e-9 * scale)
+
+
+
+def test_key_points_never_lead_astray(scene):
+    """Tracking knows where each point goes; what the key points add must not take it elsewhere."""
+    reference, targets, mesh, centers, group = scene
+    start = FrameMap(reference, targets, group.affinity, group.spacing).to(centers).vertices
+    posed, fitted = (deformed(scene, DeformationSettings(fit_rounds=rounds))["vertices"] for rounds in (0, 4))
+    source = SurfaceIndex(mesh)
+    assert source.query(posed).distances.mean() <= 1.5 * source.query(start).distances.mean()
+    errors = [np.linalg.norm(vertices - bent(reference.vertices), axis=1).mean() for vertices in (start, posed, fitted)]
+    assert errors[1] <= 1.5 * errors[0]
+    assert errors[2] <= 1.2 * errors[0]

@@ -147,3 +147,16 @@ def test_a_frame_from_the_cache_is_named_again(tmp_path):
     take.open()
     take.open()
     assert len(take.warnings) == 2 and take.warnings[0] == take.warnings[1]
+
+
+@pytest.mark.parametrize("part", ["a patch", "a body"])
+def test_what_faces_inward_is_turned_round(tmp_path, part):
+    body = trimesh.util.concatenate([ball(), ball(0.5, 3.0)])
+    faces = body.faces.copy()
+    chosen = body.triangles_center[:, 0] > 2.0 if part == "a body" else body.triangles_center[:, 2] > 0.6
+    faces[chosen] = faces[chosen][:, ::-1]
+    take = Take(tmp_path, body, trimesh.Trimesh(body.vertices, faces, process=False))
+    frames = take.open()
+    assert_allclose(signed_volume(frames.mesh(1)), signed_volume(frames.mesh(0)), rtol=1e-6)
+    assert is_watertight(frames.body(1))
+    assert len(take.warnings) == (part == "a body")

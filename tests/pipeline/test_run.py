@@ -170,3 +170,12 @@ def test_the_report_is_plain_json(finished):
     text = (finished / "report.json").read_text(encoding="utf-8")
     assert json.dumps(json.loads(text), allow_nan=False)
     assert str(finished) not in text, "paths of results are relative to the output folder"
+
+
+def test_material_points_travel_with_their_body(finished):
+    """The balls move by a tenth of their radius towards each other from frame to frame, and so does every vertex."""
+    frames = [read_mesh(finished / frame["deformed"]).vertices for frame in report(finished)["frames"]]
+    side = np.sign(frames[0][:, :1])
+    for step in (1, 2):
+        error = np.linalg.norm(frames[step] - frames[0] + 0.1 * step * side * [1.0, 0.0, 0.0], axis=1)
+        assert np.median(error) < 0.1, "a fifth of the spacing of the centers"
