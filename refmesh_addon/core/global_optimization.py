@@ -27,11 +27,11 @@ from .volume import Volume, VolumeSamples
 # less close to the material of a turning or bending body whose motion is known; Lloyd's energy falls either way.
 RIGIDITY = 40.0
 ITERATIONS = 30  # published, each with one look at the volumes
-INNER_STEPS = 10  # steps with the owners held; more of them cost more than they gain
+INNER_STEPS = 10  # steps with the owners held; with three or five the same 30 iterations end at a higher energy
 MOMENTUM = 0.9  # share of the last change that is made again; given up for an iteration where the energy would rise
 ENOUGH = 1e-6  # relative drop of the energy in one iteration at which it has settled
-DROPPED_SHARE = 0.005  # most centers to drop at a time: published 5 to 10 of 1000 to 2000
-IRREGULAR = 1.5  # times the median distance to the nearest companion: even spread alone stays below 1.2
+DROPPED_SHARE = 0.005  # most centers to drop at a time, 5 of 1000; published 5 to 10
+IRREGULAR = 1.5  # times the median distance to the nearest companion: an even spread alone stays below 1.3
 ROWS_AT_A_TIME = 512  # of the (C, C) table of distances between trajectories
 SAMPLES_PER_CENTER = 60  # with some 15 centers settle into the blocks: lower energy there, higher on the finest level
 LEAST_CURVATURE = 1e-3  # of a center that owns nothing and has no neighbours: it stays where it is

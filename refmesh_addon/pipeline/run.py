@@ -14,13 +14,14 @@ from .refer import refer
 from .track import track, write_tracked
 
 
-def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None]) -> None:
+def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: int | None = None) -> None:
     """Runs the stages that are wanted; those whose results are in the cache only write them out again.
 
     notify : (stage, frame number or None, share of the stage).  warn : one line for a person.
+    processes : how many share the work; None takes as many as there are cores. The results are the same.
     Raises RefMeshError, in words, when the job cannot be done, and what `notify` raises.
     """
-    with Workers() as workers:
+    with Workers(processes) as workers:
         context = Context.open(spec, notify, warn, workers)
         with context.timed("tracking"):
             tracked = optimize_globally(context, track(context))

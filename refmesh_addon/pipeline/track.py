@@ -19,7 +19,7 @@ from ..io.sequence import held_frames
 from .cache import KEY_LENGTH, digest
 from .context import READING_SHARE, Context
 
-TRACKING_SCHEMA = 2
+TRACKING_SCHEMA = 3
 VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
 OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimisation follow
@@ -55,9 +55,8 @@ def track(context: Context) -> Tracked:
             if index + 1 < len(keys):
                 wanted[index + 1] = ahead.submit(volume_of, context, index + 1)
             state = next_frame(states[-1], before, volume, settings) if states else first_frame(volume, settings)
-            _check(context, index, state, before, volume)
             states = [*states[-1:], state]
-            context.cache.save(_frame_entry(context, index), keys[index], _figures(state) | {"centers": state.centers})
+            context.cache.save(_frame_entry(context, index), keys[index], _entry(context, index, state, volume))
             context.cache.save(STATE, keys[index], _as_arrays(state))
             before = volume
     return _finished(context, keys, states[-1])
@@ -72,21 +71,25 @@ def volume_of(context: Context, index: int) -> Volume:
         raise RefMeshError(f"{context.frames.path(index)}: too little volume to track ({error}); RefMesh needs closed bodies") from error
 
 
-def _check(context: Context, index: int, state: TrackedFrame, before: Volume | None, volume: Volume) -> None:
-    """Names a frame in which something came or went, and one in which centers ended outside."""
+def _entry(context: Context, index: int, state: TrackedFrame, volume: Volume) -> dict[str, np.ndarray]:
+    """What is kept of a frame: its centers and figures. Raises RefMeshError, naming the file, when the centers were lost."""
     if not np.isfinite(state.centers).all():
         raise RefMeshError(f"{context.frames.path(index)}: the centers were lost here; leave this frame out with --frames")
-    number, growth = context.numbers[index], volume.size / before.size - 1 if before else 0.0
-    if abs(growth) > VOLUME_JUMP:
-        words = (
-            "more volume than the frame before; something appeared"
-            if growth > 0
-            else "less volume than the frame before; something is missing"
-        )
-        context.warn(f"frame {number}: encloses {abs(growth):.0%} {words}, and centers move to even that out")
     outside = np.mean(cKDTree(volume.finest.positions).query(state.centers)[0] > volume.finest.spacing)
-    if outside > OUTSIDE_SHARE:
-        context.warn(f"frame {number}: {outside:.1%} of the centers lie outside the surface; more --centers follow thin parts better")
+    return _figures(state) | {"centers": state.centers, "volume": np.float64(volume.size), "outside": outside}
+
+
+def _warn(context: Context, entries: list[dict[str, np.ndarray]]) -> None:
+    """Names frames in which something came or went, and those in which centers ended outside."""
+    volumes = [float(entry["volume"]) for entry in entries]
+    for number, before, volume, entry in zip(context.numbers, volumes[:1] + volumes, volumes, entries, strict=False):
+        if abs(volume / before - 1) > VOLUME_JUMP:
+            more, what = ("more", "appeared") if volume > before else ("less", "is missing")
+            change = f"encloses {abs(volume / before - 1):.0%} {more} volume than the frame before"
+            context.warn(f"frame {number}: {change}: something {what}, and centers move to even that out")
+        if entry["outside"] > OUTSIDE_SHARE:
+            share = float(entry["outside"])
+            context.warn(f"frame {number}: {share:.1%} of the centers lie outside the surface; more --centers follow thin parts better")
 
 
 def _chained_keys(context: Context) -> list[str]:
@@ -136,6 +139,7 @@ def _finished(context: Context, keys: list[str], last: TrackedFrame) -> Tracked:
     for name in ("dfu", "lloyd_energy", "arap_energy"):
         context.report.tracking[name] = [float(entry[name]) for entry in entries]
     context.report.tracking["center_spacing"] = last.affinity.spacing
+    _warn(context, entries)
     return Tracked(positions, last.affinity.weights(), last.affinity.spacing, keys[-1])
 
 

@@ -10,13 +10,8 @@ from refmesh_addon.core.check import Cancelled
 from refmesh_addon.core.geometry import is_watertight
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
-from refmesh_addon.pipeline.context import Context
-from refmesh_addon.pipeline.deform import deform
-from refmesh_addon.pipeline.evaluate import evaluate
 from refmesh_addon.pipeline.job import STAGES, JobSpec
-from refmesh_addon.pipeline.parallel import Workers
-from refmesh_addon.pipeline.refer import refer
-from refmesh_addon.pipeline.track import track
+from refmesh_addon.pipeline.run import run
 
 from .conftest import FRAMES, TINY
 from .running import cache_entries, finish, remade, report, results, stages_of
@@ -46,19 +41,10 @@ def test_deformed_frames_share_the_reference_and_are_what_is_played(finished):
         assert max(frame[side]["mean"] for side in ("source_to_deformed", "deformed_to_source")) < 0.05
 
 
-def run_with(workers, source, output):
-    """All stages with a number of processes of our choice; `run` takes as many as there are cores."""
-    with Workers(workers) as pool:
-        context = Context.open(JobSpec(str(source), str(output), settings=TINY), lambda *_: None, lambda _: None, pool)
-        tracked = track(context)
-        groups = refer(context, tracked)
-        evaluate(context, deform(context, tracked, groups))
-        context.report.write(output)
-
-
 def test_the_number_of_workers_changes_no_byte(two_balls, tmp_path):
     for workers in (1, 2):
-        run_with(workers, two_balls, tmp_path / str(workers))
+        spec = JobSpec(str(two_balls), str(tmp_path / str(workers)), settings=TINY)
+        run(spec, lambda *_: None, lambda _: None, workers)
     assert results(tmp_path / "1") == results(tmp_path / "2")
 
 
