@@ -62,13 +62,15 @@ def refer(context: Context, tracked: Tracked) -> list[Group]:
 def _placed(context: Context, tracked: Tracked, index: int, span_and_key: tuple) -> GroupCenters:
     span, key = span_and_key
 
+    def alive(_: float) -> None:
+        context.notify("reference", context.numbers[span[0]], 0.0)
+
     def make() -> dict[str, np.ndarray]:
-        placed = place_centers(tracked.positions[list(span)], tracked.affinity, tracked.spacing)
+        placed = place_centers(tracked.positions[list(span)], tracked.affinity, tracked.spacing, alive)
         pairs = placed.affinity.tocoo()
         figures = {"anchor": np.int64(placed.anchor), "stress": np.float64(placed.stress)}
         return {"positions": placed.positions, "row": pairs.row, "column": pairs.col, "value": pairs.data, **figures}
 
-    context.notify("reference", context.numbers[span[0]], 0.0)
     made = context.cache.load_or_make(f"reference/centers_{index:03d}", key, make)
     affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (len(made["positions"]),) * 2)
     return GroupCenters(made["positions"], affinity, tracked.spacing, int(made["anchor"]), float(made["stress"]))

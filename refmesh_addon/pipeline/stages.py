@@ -17,6 +17,7 @@ from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
 from ..core.matching import MatchSettings, match_keypoints
 from ..core.patches import PATCH_RADIUS, surface_patches
+from ..core.progress import Progress, ignore
 from ..core.reference_centers import ReferenceCenters, reference_centers
 from ..core.settings import DeformationSettings, ReferenceSettings
 from ..core.surface_fit import fit_surface
@@ -40,9 +41,9 @@ class GroupCenters:
     stress: float
 
 
-def place_centers(positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float) -> GroupCenters:
+def place_centers(positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float, progress: Progress = ignore) -> GroupCenters:
     """Reference centers and group affinity from (F, C, 3) tracked positions."""
-    found: ReferenceCenters = reference_centers(positions)
+    found: ReferenceCenters = reference_centers(positions, progress)
     affinity = group_affinity(positions, found.anchor, tracked, spacing).weights()
     return GroupCenters(found.positions, affinity, spacing, found.anchor, found.stress)
 
