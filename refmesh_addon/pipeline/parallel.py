@@ -14,6 +14,7 @@ from ..core.check import RefMeshError
 
 MOST_WORKERS = 8  # a task holds one frame's grids and factors: more processes would need more memory than they save time
 QUEUED = 2  # tasks submitted for each process: one at work, one ready
+ENDING = 5.0  # seconds that an ended process may take to be gone; it takes milliseconds
 POLL = 0.2  # seconds between two looks at whether the job is still wanted
 
 
@@ -31,8 +32,10 @@ class Workers:
         if self._pool is not None:
             processes = list((getattr(self._pool, "_processes", None) or {}).values())
             self._pool.shutdown(wait=False, cancel_futures=True)
-            for process in processes:  # a task that nobody waits for any more must not go on for minutes
-                process.terminate()
+            for process in processes:  # nobody waits for its task any more, and it holds nothing that is worth a farewell
+                process.kill()
+            for process in processes:
+                process.join(ENDING)
 
     def map(self, function: Callable, tasks: Iterable[tuple], alive: Callable[[], None]) -> Iterator[tuple[int, object]]:
         """Yields (index, function(*task)) as tasks are done, in no fixed order.

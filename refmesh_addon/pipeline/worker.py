@@ -71,6 +71,7 @@ def main(job_file: str) -> None:
 
     outcome = _run_file(job_file, send)
     send(outcome)
+    sys.stdout.flush()
     sys.stderr.flush()
     # Without the interpreter's own ending: Qt, which pymeshlab brings, has crashed in it.
     os._exit(0 if outcome.kind == "done" else 1)
