@@ -23,8 +23,8 @@ from .rotations import rigid_motions
 from .types import _FrozenArrays
 from .volume import Volume, VolumeSamples
 
-# Weight of the rigidity energy against Lloyd's: forward tracking's own, once forward and once backward. Ten keeps centers
-# less close to the material of a turning or bending body whose motion is known; Lloyd's energy falls either way.
+# Weight of the rigidity energy against Lloyd's, forward and backward together; more than forward tracking's, because all
+# frames can give way here. Ten keeps centers less close to the material of a turning or bending body whose motion is known.
 RIGIDITY = 40.0
 ITERATIONS = 30  # published, each with one look at the volumes
 INNER_STEPS = 10  # steps with the owners held; with three or five the same 30 iterations end at a higher energy

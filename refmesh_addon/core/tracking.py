@@ -2,7 +2,7 @@
 
 Every center is pulled to the centroid of its share of the volume (uniform spread) while its kin move as rigidly as they
 can (coherent motion). Published is a weighted mean of two local steps; here each step solves for all centers together,
-which settles in a tenth of the steps. Most of the way is done on coarse samples of the volume.
+so that a pull which only the surface feels moves a whole limb. Most of the way is done on coarse samples of the volume.
 """
 
 from __future__ import annotations
