@@ -30,14 +30,11 @@ def tracked(
 
     start : state of the first frame, where it is known already.
     """
-    state, before = start, None
-    for mesh in meshes:
+    state = start
+    for index, mesh in enumerate(meshes):
         volume = sample_volume(mesh, settings.resolution, settings.centers)
-        if before is not None:
-            state = next_frame(state, before, volume, settings)
-        elif state is None:
-            state = first_frame(volume, settings)
-        before = volume
+        if index or state is None:
+            state = next_frame(state, volume, settings) if index else first_frame(volume, settings)
         yield state, volume
 
 

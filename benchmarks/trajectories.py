@@ -11,12 +11,14 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from refmesh_addon.core.lloyd import Cells
 from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.core.tracking import TrackedFrame
 from refmesh_addon.core.types import TriangleMesh
@@ -141,11 +143,17 @@ def repeated(case: Case, settings: TrackingSettings, states: list[TrackedFrame],
         centers=change(first.centers),
         before=change(first.before),
         affinity=replace(first.affinity, spacing=SCALE * first.affinity.spacing),
+        cells=_changed(first.cells, change),
     )
     again = [state.centers for state, _ in tracked([mesh.moved(change(mesh.vertices)) for mesh in case.meshes], settings, start)]
     apart = np.stack([np.linalg.norm(centers - change(state.centers), axis=1) for centers, state in zip(again, states)]) / (SCALE * voxel)
     shares = {"repeat_median": 0.5, "repeat_p95": 0.95, "repeat_max": 1.0}
     return {name: round(float(np.quantile(apart, share)), 3) for name, share in shares.items()}
+
+
+def _changed(cells: Cells, change: Callable[[np.ndarray], np.ndarray]) -> Cells:
+    second = SCALE**2 * TURN @ cells.second @ TURN.T
+    return Cells(cells.masses, change(cells.centroids), second, SCALE**2 * cells.energy)
 
 
 def main() -> None:

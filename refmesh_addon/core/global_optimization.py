@@ -18,6 +18,7 @@ from scipy import sparse
 
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
+from .ownership import Ownership
 from .progress import Progress, ignore
 from .rotations import rigid_motions
 from .types import _FrozenArrays
@@ -128,7 +129,7 @@ def sequence_affinity(positions: np.ndarray, weights: sparse.spmatrix, samples_o
     """Affinity over all frames of (F, C, 3) positions; `weights` (C, C) are the neighbourhoods whose motions are compared."""
     affinity = near_pairs(positions[0], spacing)
     for frame in range(1, len(positions)):
-        cells = lloyd.cells(positions[frame - 1], samples_of(frame - 1))
+        cells = lloyd.cells(positions[frame - 1], Ownership(samples_of(frame - 1)))
         motions = rigid_motions(weights, positions[frame - 1], positions[frame])
         affinity = updated(affinity, positions[frame], cells, motions, variant)
     return affinity
@@ -176,7 +177,7 @@ def minimised(positions: np.ndarray, weights: sparse.spmatrix, samples_of: Sampl
 
 
 def _state(positions: np.ndarray, misfit: Misfit, samples_of: SamplesOf, spacing: float) -> State:
-    cells = [lloyd.cells(centers, samples_of(frame)) for frame, centers in enumerate(positions)]
+    cells = [lloyd.cells(centers, Ownership(samples_of(frame))) for frame, centers in enumerate(positions)]
     masses = np.stack([cell.masses / cell.masses.mean() for cell in cells])
     arap = [0.0, *(misfit(before, after)[0] for before, after in zip(positions, positions[1:], strict=False))]
     scale = spacing**2

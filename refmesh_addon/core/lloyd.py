@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .bisection import equal_parts
+from .ownership import Ownership
 from .types import _FrozenArrays
-from .volume import Volume, VolumeSamples
+from .volume import Volume
 
 OVER_RELAXATION = 1.8  # published factor: a step goes this much of the way to the centroid and settles sooner
-RELAXATION_STEPS = 100  # published number of steps for the first spread
+MOST_STEPS = 100  # published number of steps for the first spread, on each level
+SETTLED = 1e-3  # largest step, in s, at which the first spread has settled
 
 
 @dataclass(frozen=True)
@@ -33,15 +36,14 @@ class Cells(_FrozenArrays):
         return float(self.masses.std() / self.masses.mean())
 
 
-def centroids(centers: np.ndarray, samples: VolumeSamples) -> np.ndarray:
+def centroids(centers: np.ndarray, ownership: Ownership) -> np.ndarray:
     """(C, 3) where Lloyd's step would put each of (C, 3) centers."""
-    owner = _owners(centers, samples)[1]
-    return _first_moments(owner, centers, samples)[1]
+    return _first_moments(ownership.of(centers), centers, ownership.samples)[1]
 
 
-def cells(centers: np.ndarray, samples: VolumeSamples) -> Cells:
+def cells(centers: np.ndarray, ownership: Ownership) -> Cells:
     """Masses and first and second moments of the cells of (C, 3) centers."""
-    distance, owner = _owners(centers, samples)
+    owner, samples = ownership.of(centers), ownership.samples
     masses, middle = _first_moments(owner, centers, samples)
     offset = samples.positions - middle[owner]
     second = np.empty((len(centers), 3, 3))
@@ -49,26 +51,25 @@ def cells(centers: np.ndarray, samples: VolumeSamples) -> Cells:
         for j in range(i, 3):
             second[:, i, j] = second[:, j, i] = np.bincount(owner, samples.masses * offset[:, i] * offset[:, j], len(centers))
     second /= np.maximum(masses, 1)[:, None, None]
-    energy = float(samples.masses @ distance**2 / samples.masses.sum())
+    energy = float(samples.masses @ ownership.distances(centers) ** 2 / samples.masses.sum())
     return Cells(masses, middle, second, energy)
 
 
-def spread(volume: Volume, count: int, rng: np.random.Generator) -> np.ndarray:
-    """`count` centers (C, 3) spread evenly through a volume, coarse levels first."""
-    samples = volume.finest
-    chosen = rng.choice(len(samples.positions), count, replace=len(samples.positions) < count, p=samples.masses / samples.masses.sum())
-    # Anywhere in their blocks: a start on the voxels' own lattice is full of ties, which rounding would settle, so that
-    # a body in other units, or elsewhere, would get other centers.
-    centers = samples.positions[np.sort(chosen)] + (rng.random((count, 3)) - 0.5) * samples.spacing
-    share = RELAXATION_STEPS // len(volume.levels)
+def spread(volume: Volume, count: int) -> np.ndarray:
+    """`count` centers (C, 3) spread evenly through a volume: parts of equal mass, relaxed coarse levels first.
+
+    Turned, moved or scaled with the body, within what the voxels do not show.
+    """
+    spacing = volume.center_spacing(count)
+    centers = equal_parts(volume.finest, count)
     for level in volume.levels:
-        for _ in range(share):
-            centers = centers + OVER_RELAXATION * (centroids(centers, level) - centers)
-    return centroids(centers, samples)
-
-
-def _owners(centers: np.ndarray, samples: VolumeSamples) -> tuple[np.ndarray, np.ndarray]:
-    return cKDTree(centers).query(samples.positions, workers=-1)
+        ownership, largest = Ownership(level), np.inf
+        for _ in range(MOST_STEPS):
+            if largest < SETTLED * spacing:
+                break
+            step = OVER_RELAXATION * (centroids(centers, ownership) - centers)
+            centers, largest = centers + step, np.linalg.norm(step, axis=1).max()
+    return centroids(centers, ownership)
 
 
 def _first_moments(owner, centers, samples) -> tuple[np.ndarray, np.ndarray]:

@@ -43,7 +43,6 @@ class TrackingSettings:
         low=0,
         high=10,
     )
-    seed: int = option(0, "Seed of the first random spread of centers; the same seed gives the same bytes", low=0, high=2**31 - 1)
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,13 @@ import numpy as np
 
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
+from .lloyd import Cells
+from .ownership import Ownership
 from .rigidity import Rigidity
 from .rotations import RigidMotions, rigid_motions
 from .settings import TrackingSettings
 from .types import _FrozenArrays
-from .volume import Volume, VolumeSamples
+from .volume import Volume
 
 ARAP_WEIGHT = 8.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
 OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; the volume pulls only at its surface, so whole limbs settle slowly without
@@ -31,47 +33,53 @@ class TrackedFrame(_FrozenArrays):
     """Where the centers are in one frame, and what the next one needs.
 
     centers, before : (C, 3) in this frame and the one before (the same array for the first).
-    dfu : standard deviation over mean of voxels per center.  lloyd_energy, arap_energy : in s^2.  steps : steps taken.
+    cells : the centers' shares of this frame's volume.  arap_energy : in s^2.  steps : steps taken.
     """
 
     centers: np.ndarray
     before: np.ndarray
     affinity: Affinity
-    dfu: float
-    lloyd_energy: float
+    cells: Cells
     arap_energy: float
     steps: int
+
+    @property
+    def dfu(self) -> float:
+        """Standard deviation over mean of the voxels per center."""
+        return self.cells.non_uniformity
+
+    @property
+    def lloyd_energy(self) -> float:
+        """Mean squared distance of the volume from the centers that own it, in s^2."""
+        return self.cells.energy / self.affinity.spacing**2
 
 
 def first_frame(volume: Volume, settings: TrackingSettings) -> TrackedFrame:
     """Centers spread evenly through the first frame's volume."""
-    spacing = volume.center_spacing(settings.centers)
-    centers = lloyd.spread(volume, settings.centers, np.random.default_rng(settings.seed))
-    cells = lloyd.cells(centers, volume.finest)
-    return TrackedFrame(centers, centers, near_pairs(centers, spacing), cells.non_uniformity, cells.energy / spacing**2, 0.0, 0)
+    centers = lloyd.spread(volume, settings.centers)
+    affinity = near_pairs(centers, volume.center_spacing(settings.centers))
+    return TrackedFrame(centers, centers, affinity, lloyd.cells(centers, Ownership(volume.finest)), 0.0, 0)
 
 
-def next_frame(last: TrackedFrame, before: Volume, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
-    """Centers carried from the `before` volume, where `last` has them, into the next frame's `volume`."""
+def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
+    """Centers carried from where `last` has them into the next frame's volume."""
     old, spacing = last.centers, last.affinity.spacing
-    cells_before = lloyd.cells(old, before.finest)
     centers, affinity, steps = old + INERTIA * (old - last.before), last.affinity, 0
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MOST_STEPS[-len(volume.levels) :], strict=True):
-        weights = affinity.weights()
-        centers, taken = _settled(centers, Rigidity(weights, old), level, stop * spacing, most)
+        weights, ownership = affinity.weights(), Ownership(level)
+        centers, taken = _settled(centers, Rigidity(weights, old), ownership, stop * spacing, most)
         # What moves apart in this very frame must not pull on each other on the finer levels.
         motions = rigid_motions(weights, old, centers)
-        affinity, steps = updated(last.affinity, centers, cells_before, motions, settings.affinity), steps + taken
-    cells = lloyd.cells(centers, volume.finest)
-    arap_energy = _arap_energy(motions, old, centers, spacing)
-    return TrackedFrame(centers, old, affinity, cells.non_uniformity, cells.energy / spacing**2, arap_energy, steps)
+        affinity, steps = updated(last.affinity, centers, last.cells, motions, settings.affinity), steps + taken
+    cells = lloyd.cells(centers, ownership)
+    return TrackedFrame(centers, old, affinity, cells, _arap_energy(motions, old, centers, spacing), steps)
 
 
-def _settled(centers: np.ndarray, rigidity: Rigidity, level: VolumeSamples, stop: float, most: int) -> tuple[np.ndarray, int]:
+def _settled(centers: np.ndarray, rigidity: Rigidity, ownership: Ownership, stop: float, most: int) -> tuple[np.ndarray, int]:
     """Steps on one level until the largest is below `stop`, scene units; returns the centers and the number of steps."""
     step, taken, largest = np.zeros_like(centers), 0, np.inf
     while taken < most and largest >= stop:
-        pull = rigidity.pulled(centers, lloyd.centroids(centers, level), ARAP_WEIGHT) - centers
+        pull = rigidity.pulled(centers, lloyd.centroids(centers, ownership), ARAP_WEIGHT) - centers
         step = MOMENTUM * step + OVER_RELAXATION * pull
         centers, taken, largest = centers + step, taken + 1, np.linalg.norm(step, axis=1).max()
     return centers, taken

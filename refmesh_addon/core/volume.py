@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .types import TriangleMesh, _FrozenArrays
-from .voxels import Grid, fill, grid_around
+from .voxels import fill, grid_around
 
 SAMPLES_PER_CENTER = (8, 32, 200)  # blocks wanted per center on each level, coarse to fine
 
@@ -55,45 +55,54 @@ def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
     filled = int(np.count_nonzero(inside))
     if filled < count:
         raise ValueError(f"only {filled} voxels lie inside at resolution {resolution}, too few for {count} centers")
-    factors = [_block_factor(filled, wanted * count) for wanted in SAMPLES_PER_CENTER]
-    levels = tuple(_blocks(inside, grid, factor) for factor in sorted(set(factors), reverse=True))
-    return Volume(levels, grid.spacing, filled * grid.spacing**3)
+    *coarse, finest = (_block_edge(filled, wanted * count) for wanted in SAMPLES_PER_CENTER)
+    blocks = [_voxel_blocks(inside, finest)]
+    for edge in dict.fromkeys(finest * max(1, edge // finest) for edge in reversed(coarse)):
+        if edge > finest:
+            blocks.append(_joined(blocks[0], edge // finest))
+    levels = (VolumeSamples(grid.origin + (b.centroids + 0.5) * grid.spacing, b.masses, grid.spacing * b.edge) for b in reversed(blocks))
+    return Volume(tuple(levels), grid.spacing, filled * grid.spacing**3)
 
 
-def _block_factor(filled: int, wanted: int) -> int:
+def _block_edge(filled: int, wanted: int) -> int:
     """Voxels along a block's edge so that at least `wanted` blocks hold the volume, where there are as many voxels."""
     return max(1, int((filled / wanted) ** (1 / 3)))
 
 
-def _blocks(inside: np.ndarray, grid: Grid, factor: int) -> VolumeSamples:
-    if factor == 1:
-        positions = grid.positions(inside)
-        return VolumeSamples(positions, np.ones(len(positions)), grid.spacing)
-    found = [_slab_blocks(inside[start : start + factor], start, factor) for start in range(0, inside.shape[0], factor)]
-    masses = np.concatenate([mass for mass, _ in found])
-    centroids = np.concatenate([centroid for _, centroid in found])
-    return VolumeSamples(grid.origin + (centroids + 0.5) * grid.spacing, masses, grid.spacing * factor)
+@dataclass(frozen=True)
+class _Blocks:
+    """places : (N, 3) which blocks of the grid hold anything.  masses : (N,) voxels.  centroids : (N, 3) in voxels.  edge : in voxels."""
+
+    places: np.ndarray
+    masses: np.ndarray
+    centroids: np.ndarray
+    edge: int
 
 
-def _slab_blocks(slab: np.ndarray, start: int, factor: int) -> tuple[np.ndarray, np.ndarray]:
-    """Masses (N,) and centroids (N, 3) in cell indices of the filled blocks of a slab one block thick."""
-    padding = [(0, -size % factor) for size in slab.shape]
-    cells = np.pad(slab, padding).astype(np.float32)
-    rows, columns = cells.shape[1] // factor, cells.shape[2] // factor
-    cells = cells.reshape(factor, rows, factor, columns, factor)
-    inner = np.arange(factor, dtype=np.float32)
-    sums = cells @ np.stack([np.ones(factor, np.float32), inner], axis=1)  # mass and first z moment of each run of cells
-    plane = sums[..., 0].sum(axis=0)
-    mass = plane.sum(axis=1)
-    moment = np.stack(
-        [
-            np.einsum("i,iajb->ab", inner, sums[..., 0]),
-            np.einsum("j,ajb->ab", inner, plane),
-            sums[..., 1].sum(axis=(0, 2)),
-        ],
-        axis=-1,
-    )
-    row, column = np.nonzero(mass)
-    mass = mass[row, column].astype(np.float64)
-    corner = np.stack([np.full(len(row), start), row * factor, column * factor], axis=1)
-    return mass, corner + moment[row, column] / mass[:, None]
+def _voxel_blocks(inside: np.ndarray, edge: int) -> _Blocks:
+    """The filled voxels of a grid in blocks, one slab of blocks at a time."""
+    parts = []
+    for start in range(0, inside.shape[0], edge):
+        slab = inside[start : start + edge]
+        voxels = np.stack(np.unravel_index(np.flatnonzero(slab), slab.shape), axis=1) + [start, 0, 0]
+        parts.append(_gathered(voxels, np.ones(len(voxels)), voxels // edge))
+    places, masses, centroids = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    return _Blocks(places, masses, centroids, edge)
+
+
+def _joined(blocks: _Blocks, factor: int) -> _Blocks:
+    """Blocks whose edge is `factor` times as long."""
+    return _Blocks(*_gathered(blocks.centroids, blocks.masses, blocks.places // factor), blocks.edge * factor)
+
+
+def _gathered(points: np.ndarray, masses: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The places (N, 3) that occur, in order, with the mass (N,) and the centroid (N, 3) of the points there."""
+    if not len(points):
+        return places, masses, points.astype(np.float64)
+    low = places.min(axis=0)
+    shape = places.max(axis=0) + 1 - low
+    number = np.ravel_multi_index((places - low).T, shape)
+    total = np.bincount(number, masses, np.prod(shape))
+    filled = np.flatnonzero(total)
+    moments = np.stack([np.bincount(number, masses * axis, len(total))[filled] for axis in points.T], axis=1)
+    return np.stack(np.unravel_index(filled, shape), axis=1) + low, total[filled], moments / total[filled, None]

@@ -9,6 +9,7 @@ from scipy import sparse
 
 from ..core import lloyd
 from ..core.global_optimization import coarse_samples, optimize
+from ..core.ownership import Ownership
 from ..core.rotations import rigid_motions
 from ..core.volume import VolumeSamples
 from .cache import Arrays, digest
@@ -83,7 +84,7 @@ def _figures(context: Context, found: Tracked) -> Arrays:
     before = found.positions[0]
     for frame, centers in enumerate(found.positions):
         context.notify("tracking", context.numbers[frame], 1.0)
-        cells = lloyd.cells(centers, volume_of(context, frame).finest)
+        cells = lloyd.cells(centers, Ownership(volume_of(context, frame).finest))
         apart = rigid_motions(found.affinity, before, centers).apply(before) - centers
         figures["dfu"].append(cells.non_uniformity)
         figures["lloyd_energy"].append(cells.energy / found.spacing**2)

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..core.affinity import Affinity
 from ..core.check import RefMeshError
+from ..core.lloyd import Cells
 from ..core.tracking import TrackedFrame, first_frame, next_frame
 from ..core.volume import Volume, sample_volume
 from ..io.files import output_folder, write_npz
@@ -19,7 +20,7 @@ from ..io.sequence import held_frames
 from .cache import KEY_LENGTH, digest
 from .context import READING_SHARE, Context
 
-TRACKING_SCHEMA = 3
+TRACKING_SCHEMA = 4
 VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
 OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimisation follow
@@ -43,22 +44,16 @@ def track(context: Context) -> Tracked:
     keys = _chained_keys(context)
     states, done = _resumed(context, keys)
     with ThreadPoolExecutor(1) as ahead:  # the next frame is filled while this one is tracked
-        wanted = (
-            {index: ahead.submit(volume_of, context, index) for index in range(max(done - 1, 0), min(done + 1, len(keys)))}
-            if done < len(keys)
-            else {}
-        )
-        before = wanted.pop(done - 1).result() if done and wanted else None
+        wanted = {done: ahead.submit(volume_of, context, done)} if done < len(keys) else {}
         for index in range(done, len(keys)):
             context.notify("tracking", context.numbers[index], READING_SHARE + (end - READING_SHARE) * index / len(keys))
             volume = wanted.pop(index).result()
             if index + 1 < len(keys):
                 wanted[index + 1] = ahead.submit(volume_of, context, index + 1)
-            state = next_frame(states[-1], before, volume, settings) if states else first_frame(volume, settings)
+            state = next_frame(states[-1], volume, settings) if states else first_frame(volume, settings)
             states = [*states[-1:], state]
             context.cache.save(_frame_entry(context, index), keys[index], _entry(context, index, state, volume))
             context.cache.save(STATE, keys[index], _as_arrays(state))
-            before = volume
     return _finished(context, keys, states[-1])
 
 
@@ -122,15 +117,22 @@ def _figures(state: TrackedFrame) -> dict[str, np.ndarray]:
 
 
 def _as_arrays(state: TrackedFrame) -> dict[str, np.ndarray]:
-    affinity = {f"affinity_{name}": np.asarray(value) for name, value in vars(state.affinity).items()}
-    return _figures(state) | {"centers": state.centers, "before": state.before} | affinity
+    parts = {f"{part}_{name}": np.asarray(value) for part in ("affinity", "cells") for name, value in vars(getattr(state, part)).items()}
+    numbers = {"arap_energy": np.float64(state.arap_energy), "steps": np.int64(state.steps)}
+    return {"centers": state.centers, "before": state.before} | numbers | parts
 
 
 def _from_arrays(arrays: dict[str, np.ndarray]) -> TrackedFrame:
-    parts = {name.removeprefix("affinity_"): value for name, value in arrays.items() if name.startswith("affinity_")}
-    affinity = Affinity(**{**parts, "centers": int(parts["centers"]), "spacing": float(parts["spacing"])})
-    figures = {name: float(arrays[name]) for name in ("dfu", "lloyd_energy", "arap_energy")}
-    return TrackedFrame(arrays["centers"], arrays["before"], affinity, steps=int(arrays["steps"]), **figures)
+    within = lambda part: {name.removeprefix(part): value for name, value in arrays.items() if name.startswith(part)}
+    affinity, cells = within("affinity_"), within("cells_")
+    return TrackedFrame(
+        arrays["centers"],
+        arrays["before"],
+        Affinity(**{**affinity, "centers": int(affinity["centers"]), "spacing": float(affinity["spacing"])}),
+        Cells(**{**cells, "energy": float(cells["energy"])}),
+        float(arrays["arap_energy"]),
+        int(arrays["steps"]),
+    )
 
 
 def _finished(context: Context, keys: list[str], last: TrackedFrame) -> Tracked:

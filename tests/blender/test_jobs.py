@@ -36,9 +36,9 @@ def test_defaults_of_a_new_sequence_are_those_of_the_core(ball):
 
 
 def test_what_is_passed_wins_over_preset_wins_over_panel(ball):
-    panel = Settings.from_flat({"centers": 77, "seed": 5, "smoothness": 0.3})
+    panel = Settings.from_flat({"centers": 77, "resolution": 99, "smoothness": 0.3})
     assert settings_of(panel) == panel
-    assert settings_of(panel, centers=88) == Settings.from_flat({"centers": 88, "seed": 5, "smoothness": 0.3})
+    assert settings_of(panel, centers=88) == Settings.from_flat({"centers": 88, "resolution": 99, "smoothness": 0.3})
     assert settings_of(panel, preset="draft") == Settings.from_flat(PRESETS["draft"])
     assert settings_of(panel, preset="draft", centers=1000) == Settings.from_flat({**PRESETS["draft"], "centers": 1000})
 

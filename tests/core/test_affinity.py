@@ -18,8 +18,9 @@ from refmesh_addon.core.affinity import (
     near_pairs,
     updated,
 )
+from refmesh_addon.core.ownership import Ownership
 from refmesh_addon.core.rotations import RigidMotions, rigid_motions
-from refmesh_addon.core.volume import sample_volume
+from refmesh_addon.core.volume import VolumeSamples, sample_volume
 
 from .shapes import TILT, box, joined, moved
 
@@ -34,7 +35,7 @@ def volume():
 
 @pytest.fixture(scope="module")
 def centers(volume):
-    return lloyd.spread(volume, CENTERS, np.random.default_rng(0))
+    return lloyd.spread(volume, CENTERS)
 
 
 def bent(points, share):
@@ -47,7 +48,7 @@ def bent(points, share):
 def after_one_frame(centers, volume, target, variant="max"):
     before = near_pairs(centers, volume.center_spacing(CENTERS))
     motions = rigid_motions(before.weights(), centers, target)
-    return updated(before, target, lloyd.cells(centers, volume.finest), motions, variant)
+    return updated(before, target, lloyd.cells(centers, Ownership(volume.finest)), motions, variant)
 
 
 def test_all_pairs_within_reach_are_found_once(centers, volume):
@@ -90,7 +91,7 @@ def test_disagreement_is_the_mean_over_the_voxels_of_both_cells(centers, volume)
         return mass @ apart.sum(axis=1) / mass.sum()
 
     slow = [(mean_over(i, i, j) + mean_over(j, i, j)) / (2 * spacing**2) for i, j in zip(affinity.first, affinity.second)]
-    assert_allclose(disagreement(affinity, lloyd.cells(centers, samples), motions), slow, rtol=1e-9, atol=1e-15)
+    assert_allclose(disagreement(affinity, lloyd.cells(centers, Ownership(samples)), motions), slow, rtol=1e-9, atol=1e-15)
 
 
 def moved_by(motions: RigidMotions, index, points):
@@ -108,12 +109,12 @@ def test_a_rigid_motion_changes_nothing(centers, volume):
 def test_moving_and_scaling_all_frames_alike_changes_nothing(centers, volume, change):
     turn, shift, scale = change.get("turn", np.eye(3)), np.array(change.get("shift", (0, 0, 0))), change.get("scale", 1.0)
     samples = volume.finest
-    samples = lloyd.VolumeSamples(scale * samples.positions @ turn.T + shift, samples.masses, scale * samples.spacing)
+    samples = VolumeSamples(scale * samples.positions @ turn.T + shift, samples.masses, scale * samples.spacing)
     target = bent(centers, 0.7)
 
     def affinity(positions, goal, cells_of, spacing):
         pairs = near_pairs(positions, spacing)
-        return updated(pairs, goal, lloyd.cells(positions, cells_of), rigid_motions(pairs.weights(), positions, goal))
+        return updated(pairs, goal, lloyd.cells(positions, Ownership(cells_of)), rigid_motions(pairs.weights(), positions, goal))
 
     spacing = volume.center_spacing(CENTERS)
     plain = affinity(centers, target, volume.finest, spacing)
@@ -123,7 +124,7 @@ def test_moving_and_scaling_all_frames_alike_changes_nothing(centers, volume, ch
 
 def test_the_maximum_never_forgets_and_the_falloff_does(centers, volume):
     samples, spacing = volume.finest, volume.center_spacing(CENTERS)
-    cells = lloyd.cells(centers, samples)
+    cells = lloyd.cells(centers, Ownership(samples))
     for variant in ("max", "iir"):
         bend = after_one_frame(centers, volume, bent(centers, 1.5), variant)
         still = rigid_motions(near_pairs(centers, spacing).weights(), centers, centers)
@@ -150,7 +151,7 @@ def test_half_agreement_at_the_stated_disagreement():
 def parting():
     """Two stacked boxes of which the upper one slides off: (3, C, 3) centers, the body of each, and s."""
     volume = sample_volume(joined(box((1, 1, 1)), box((1, 1, 1), center=(0, 0, 1.001))), 40, CENTERS)
-    centers = lloyd.spread(volume, CENTERS, np.random.default_rng(0))
+    centers = lloyd.spread(volume, CENTERS)
     upper, spacing = centers[:, 2] > 0.5, volume.center_spacing(CENTERS)
     slide = np.where(upper[:, None], [1.0, 0.0, 0.0], 0.0)
     return np.stack([centers, centers + 2.5 * spacing * slide, centers + 5 * spacing * slide]), upper, spacing

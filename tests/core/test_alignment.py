@@ -25,7 +25,7 @@ class Scene:
     def __init__(self, mesh=BODY):
         volume = sample_volume(mesh, 32, CENTERS)
         self.spacing = volume.center_spacing(CENTERS)
-        self.centers = lloyd.spread(volume, CENTERS, np.random.default_rng(0))
+        self.centers = lloyd.spread(volume, CENTERS)
         affinity = near_pairs(self.centers, self.spacing).weights()
         self.frame = FrameMap(mesh, self.centers, affinity, self.spacing)
         self.anchor = AnchorFrame.of(mesh, np.ones(len(mesh.triangles), dtype=bool))

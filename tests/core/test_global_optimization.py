@@ -20,6 +20,7 @@ from refmesh_addon.core.global_optimization import (
     regular,
     sequence_affinity,
 )
+from refmesh_addon.core.ownership import Ownership
 from refmesh_addon.core.rotations import rigid_motions
 from refmesh_addon.core.volume import VolumeSamples, sample_volume
 
@@ -30,7 +31,7 @@ BODY = joined(box(), box((0.5, 0.5, 0.9), center=(0.9, 0.2, 0.7)))
 VOLUME = sample_volume(BODY, 24, COUNT)
 SPACING = VOLUME.center_spacing(COUNT)
 SAMPLES = coarse_samples(VOLUME, COUNT)
-EVEN = lloyd.spread(VOLUME, COUNT, np.random.default_rng(0))
+EVEN = lloyd.spread(VOLUME, COUNT)
 TURNS = [Rotation.from_rotvec([0.1 * step, 0.0, 0.05 * step]).as_matrix() for step in range(FRAMES)]
 SHIFTS = [SPACING * step * np.array([0.5, 0.3, -0.2]) for step in range(FRAMES)]
 MOTION = list(zip(TURNS, SHIFTS, strict=True))
@@ -52,7 +53,7 @@ def settled(steps=300):
     """Centers that Lloyd's relaxation on these very samples leaves where they are."""
     centers = EVEN
     for _ in range(steps):
-        centers = lloyd.centroids(centers, SAMPLES)
+        centers = lloyd.centroids(centers, Ownership(SAMPLES))
     return centers
 
 
@@ -84,7 +85,7 @@ def test_the_energy_is_that_of_the_positions_returned():
     found, energies = minimised(shaken(), weights_of(shaken()), samples_of, SPACING)
     misfit = Misfit(weights_of(shaken()))
     arap = [misfit(*found.positions[[frame - 1, frame]])[0] / SPACING**2 for frame in range(1, FRAMES)]
-    spread = [lloyd.cells(centers, samples_of(frame)).energy / SPACING**2 for frame, centers in enumerate(found.positions)]
+    spread = [lloyd.cells(centers, Ownership(samples_of(frame))).energy / SPACING**2 for frame, centers in enumerate(found.positions)]
     assert_allclose(found.arap_energy, [0, *arap])
     assert_allclose(found.lloyd_energy, spread)
     assert energies[-1] == pytest.approx(sum(spread) + RIGIDITY * sum(arap))
@@ -189,7 +190,7 @@ def test_no_more_than_a_few_are_dropped_at_a_time():
 def test_bodies_that_part_late_have_no_affinity_in_any_frame():
     """Two balls that touch at first: only the whole sequence tells them apart."""
     halves = [sample_volume(ball(2, center=(side, 0, 0)), 24, 20) for side in (-1, 1)]
-    centers = np.vstack([lloyd.spread(half, 20, np.random.default_rng(0)) for half in halves])
+    centers = np.vstack([lloyd.spread(half, 20) for half in halves])
     left = centers[:, 0] < 0
     spacing = halves[0].center_spacing(20)
     shifts = [np.where(left, -1, 1)[:, None] * [0.5 * spacing * max(step - 1, 0), 0, 0] for step in range(4)]

@@ -23,7 +23,7 @@ class Body:
     def __init__(self, mesh, count=CENTERS):
         volume = sample_volume(mesh, 32, count)
         self.mesh, self.spacing = mesh, volume.center_spacing(count)
-        self.centers = lloyd.spread(volume, count, np.random.default_rng(0))
+        self.centers = lloyd.spread(volume, count)
         self.affinity = near_pairs(self.centers, self.spacing).weights()
 
     def map(self, name="affinity"):

@@ -15,7 +15,7 @@ def test_flat_table_and_back():
     assert Settings.from_flat(changed.to_flat()) == changed
     assert Settings.from_flat(json.loads(json.dumps(changed.to_flat()))) == changed
     assert Settings.from_flat({}) == Settings()
-    assert changed.to_flat()["seed"] == Settings().to_flat()["seed"]
+    assert changed.to_flat()["resolution"] == Settings().to_flat()["resolution"]
 
 
 def test_names_are_unique_over_all_stages_and_every_one_has_help():

@@ -38,7 +38,7 @@ def scene():
     """The bar as reference, its centers, and the bent bar with other triangles as the frame."""
     reference, other = bar(4), bar(3)
     volume = sample_volume(reference, 32, CENTERS)
-    centers = lloyd.spread(volume, CENTERS, np.random.default_rng(0))
+    centers = lloyd.spread(volume, CENTERS)
     spacing = volume.center_spacing(CENTERS)
     group = GroupCenters(centers, near_pairs(centers, spacing).weights(), spacing, 0, 0.0)
     return reference, centers, other.moved(bent(other.vertices)), bent(centers), group
