@@ -9,7 +9,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test lint samples extension lock clean
+.PHONY: help environment demo test lint samples extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -36,9 +36,15 @@ lint: environment
 samples: environment
 	$(RUN) -m sample_scenes.grasp.generate
 
-## make extension  build/refmesh-VERSION.zip, to be installed in Blender
+## make extension  the zips to be installed in Blender, one for each platform, in build/
 extension: environment
 	$(RUN) extension/build.py
+
+## make test-extension  build the zips twice, then install and run them in every Blender there is (BLENDER=, PYTHON313=, TRIALS=)
+test-extension: extension
+	$(RUN) extension/build.py --output build/again
+	@for zip in build/again/*.zip; do cmp $$zip build/$${zip##*/} || exit 1; done; echo "built twice: the same bytes"
+	$(RUN) extension/trial.py $(TRIALS)
 
 ## make lock       choose versions and hashes anew from the .in files
 lock:

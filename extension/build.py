@@ -1,15 +1,18 @@
-"""Build the extension's zip with Blender's own tool: python extension/build.py [PLATFORM ...]
+"""Build the extension's zips with Blender's own tool: python extension/build.py [--output FOLDER] [TARGET ...]
 
-Wheels of the locked versions go to wheels/, the zip of each platform to build/. The same sources give the same bytes.
+A target is a platform in Blender's words, or "no-wheels". Wheels of the locked versions go to wheels/, unmodified as the
+index has them, the zips to build/. The same sources give the same bytes.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
 import sys
 import tomllib
+import zipfile
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,19 +21,45 @@ ROOT = Path(__file__).resolve().parent.parent
 WHEELS = ROOT / "wheels"
 BUILD = ROOT / "build"
 PYTHONS = {"3.11": "wheels-cp311.txt", "3.13": "wheels-cp313.txt"}  # Blender 4.2 to 5.0, and from 5.1 on
-# Blender's name -> the tags that pip may take wheels of. Each tag is matched as it stands, so all that may occur are listed.
+# Blender's name -> the tags that pip may take wheels of, the preferred first. Each is matched as it stands, so all that occur are listed.
 PLATFORMS = {
     "linux-x64": ["manylinux2014_x86_64", "manylinux_2_27_x86_64", "manylinux_2_28_x86_64", "manylinux_2_35_x86_64"],
+    "windows-x64": ["win_amd64"],
+    "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64"],
+    "macos-x64": ["macosx_10_13_x86_64", "macosx_10_14_x86_64", "macosx_11_0_x86_64"],
 }
+# For a Blender of a Linux distribution, on a Python that the wheels are not for: the packages come from the distribution.
+NO_WHEELS = "no-wheels"
 ZIP_TIME = 1_577_836_800  # 2020-01-01: files in the zip carry this time, not that of their checkout
+MEGABYTE = 1e6
 
 
-def main(platforms: list[str]) -> None:
-    for platform in platforms or PLATFORMS:
-        source = BUILD / "extension" / platform
-        copy_sources(source, platform, download_wheels(platform))
-        archive = build_zip(source, BUILD)
-        print(f"{archive.relative_to(ROOT)}  {archive.stat().st_size / 1e6:.1f} MB")
+def main() -> None:
+    """Build what the command line asks for, everything by default, and print the sizes."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    targets = [*PLATFORMS, NO_WHEELS]
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"one of {', '.join(targets)}; all of them by default")
+    parser.add_argument("--output", type=Path, default=BUILD, metavar="FOLDER", help="where the zips go (default: build)")
+    arguments = parser.parse_args()
+    unknown = set(arguments.targets).difference(targets)
+    if unknown:
+        parser.error(f"unknown target '{min(unknown)}': choose from {', '.join(targets)}")
+    for target in arguments.targets or targets:
+        archive = build(target, arguments.output.resolve())
+        print(f"{os.path.relpath(archive)}  {archive.stat().st_size / MEGABYTE:.1f} MB", flush=True)
+        for name, size in wheel_sizes(archive):
+            print(f"    {size / MEGABYTE:5.1f} MB  {name}")
+
+
+def build(target: str, output: Path) -> Path:
+    """The zip of one target, in a folder that is made where it is missing."""
+    output.mkdir(parents=True, exist_ok=True)
+    source = output / "sources" / target
+    copy_sources(source, target, [] if target == NO_WHEELS else download_wheels(target))
+    try:
+        return build_zip(source, output, target)
+    finally:
+        shutil.rmtree(source)
 
 
 def download_wheels(platform: str) -> list[Path]:
@@ -46,7 +75,7 @@ def download_wheels(platform: str) -> list[Path]:
     return [wheels[name] for name in sorted(wheels)]
 
 
-def copy_sources(copy: Path, platform: str, wheels: list[Path]) -> None:
+def copy_sources(copy: Path, target: str, wheels: list[Path]) -> None:
     """A copy of the repository with the wheels beside it and listed in its manifest."""
     shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "__pycache__", "build", "out", "wheels"))
@@ -54,7 +83,8 @@ def copy_sources(copy: Path, platform: str, wheels: list[Path]) -> None:
     for wheel in wheels:
         shutil.copyfile(wheel, copy / "wheels" / wheel.name)
     manifest = copy / "blender_manifest.toml"
-    manifest.write_text(with_wheels(manifest.read_text(), platform, [wheel.name for wheel in wheels]))
+    if target != NO_WHEELS:
+        manifest.write_text(with_wheels(manifest.read_text(), target, [wheel.name for wheel in wheels]))
     for path in copy.rglob("*"):
         if path.is_file():
             path.chmod(0o644)
@@ -68,22 +98,29 @@ def with_wheels(manifest: str, platform: str, names: list[str]) -> str:
     return f'{head}\nplatforms = ["{platform}"]\nwheels = [\n{wheels}]\n{table}{rest}'
 
 
-def build_zip(source: Path, folder: Path) -> Path:
+def build_zip(source: Path, folder: Path, target: str) -> Path:
     """Build the zip of a copy of the sources into a folder, then validate what was built."""
     manifest = tomllib.loads((source / "blender_manifest.toml").read_text())
-    archive = folder / f"{manifest['id']}-{manifest['version']}-{manifest['platforms'][0]}.zip"
+    archive = folder / f"{manifest['id']}-{manifest['version']}-{target}.zip"
     tool = next(Path(find_spec("bpy").origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
     run(str(tool), "build", "--source-dir", str(source), "--output-filepath", str(archive))
     run(str(tool), "validate", str(archive))
     return archive
 
 
+def wheel_sizes(archive: Path) -> list[tuple[str, int]]:
+    """Name and bytes of each wheel in a zip, the largest first."""
+    with zipfile.ZipFile(archive) as opened:
+        wheels = [(item.filename.rpartition("/")[2], item.compress_size) for item in opened.infolist() if item.filename.endswith(".whl")]
+    return sorted(wheels, key=lambda wheel: -wheel[1])
+
+
 def run(*arguments: str) -> None:
-    """Run Python on the arguments; stop where it fails."""
-    result = subprocess.run([sys.executable, *arguments], env={**os.environ, "TZ": "UTC"})
+    """Run Python on the arguments, silently unless it fails; stop where it does."""
+    result = subprocess.run([sys.executable, *arguments], env={**os.environ, "TZ": "UTC"}, capture_output=True, text=True)
     if result.returncode != 0:
-        sys.exit(f"extension/build.py: failed: {' '.join(arguments)}")
+        sys.exit(f"{result.stdout}{result.stderr}extension/build.py: failed: {' '.join(arguments)}")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

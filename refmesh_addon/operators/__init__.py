@@ -2,9 +2,9 @@
 
 import bpy
 
-from . import export, picture, scene, sequence, settings, steps
+from . import export, installation, picture, scene, sequence, settings, steps
 
-CLASSES = (*sequence.CLASSES, *settings.CLASSES, *steps.CLASSES, *export.CLASSES, *picture.CLASSES, *scene.CLASSES)
+CLASSES = (*sequence.CLASSES, *settings.CLASSES, *steps.CLASSES, *export.CLASSES, *picture.CLASSES, *scene.CLASSES, *installation.CLASSES)
 
 
 def register():

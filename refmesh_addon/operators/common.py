@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..core.check import RefMeshError
+from ..pipeline.packages import import_trouble
 from ..properties import sequence_object
 
 
@@ -22,8 +23,8 @@ def reporting(execute: Callable) -> Callable:
             return execute(self, context)
         except RefMeshError as error:
             self.report({"ERROR"}, str(error))
-        except ModuleNotFoundError as error:
-            self.report({"ERROR"}, f"the Python package '{error.name}' is missing: install the RefMesh extension with its packages")
+        except ImportError as error:
+            self.report({"ERROR"}, import_trouble(error))
         return {"CANCELLED"}
 
     return wrapped

@@ -13,7 +13,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 
-from .environment import python_executable, worker_environment
+from .environment import python_command, worker_environment
 from .events import Event
 from .job import JobSpec
 
@@ -144,7 +144,7 @@ def _start(job_file: str) -> subprocess.Popen:
     # A session of its own, so that Ctrl-C in a terminal reaches the parent only, which then asks for an orderly end.
     apart = {"creationflags": subprocess.CREATE_NO_WINDOW} if os.name == "nt" else {"start_new_session": True}
     return subprocess.Popen(
-        [python_executable(), "-m", WORKER_MODULE, job_file],
+        [*python_command(), "-m", WORKER_MODULE, job_file],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

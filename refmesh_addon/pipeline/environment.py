@@ -16,6 +16,14 @@ PACKAGE_ROOT = Path(__file__).resolve().parents[2]  # the folder that holds refm
 _LEFT_OUT = ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONINSPECT")
 
 
+def python_command() -> list[str]:
+    """The start of a command line for a worker: `python_executable`, with the packages of its own only where this process has them.
+
+    Raises RefMeshError as `python_executable` does.
+    """
+    return [python_executable(), *(["-S"] if sys.flags.no_site else [])]
+
+
 def python_executable() -> str:
     """The Python of the running program: not Blender itself, which `sys.executable` is in some builds.
 

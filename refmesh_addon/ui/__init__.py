@@ -1,9 +1,10 @@
 """Panels and menu entries: they draw, and reach operators by their id only."""
 
-from . import menus, panels
+from . import menus, panels, preferences
 
 
 def register():
+    preferences.register()
     panels.register()
     menus.register()
 
@@ -11,3 +12,4 @@ def register():
 def unregister():
     menus.unregister()
     panels.unregister()
+    preferences.unregister()

@@ -6,6 +6,7 @@ import bpy
 
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
+from .preferences import draw_missing
 
 WORST_SHOWN = 5  # frames listed with the largest distance
 
@@ -23,6 +24,7 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
+        draw_missing(layout)
         owner = sequence_object(context)
         if owner is None:
             layout.label(text="No mesh sequence selected")

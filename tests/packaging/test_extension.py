@@ -28,7 +28,7 @@ def archive(tmp_path_factory) -> Path:
 
 def build(folder: Path) -> Path:
     copy_sources(folder / "source", PLATFORM, [])
-    return build_zip(folder / "source", folder)
+    return build_zip(folder / "source", folder, PLATFORM)
 
 
 def test_zip_holds_the_addon_and_nothing_else(archive):
