@@ -66,12 +66,13 @@ class Case:
 class Judgement:
     """errors : (F, C) in s.  wrong : (F, C) out of its own body and in or nearer to another.  judged : (F, C) where the true place exists.
 
-    late : numbers of the bodies that are there at the end and were not at first.
+    own : (C,) the body of each center.  late : numbers of the bodies that are there at the end and were not at first.
     """
 
     errors: np.ndarray
     wrong: np.ndarray
     judged: np.ndarray
+    own: np.ndarray
     late: np.ndarray
 
 
@@ -92,7 +93,7 @@ def judge(case: Case, positions: np.ndarray, spacing: float) -> Judgement:
         # Bodies that press on each other overlap a little: a point there is in its own body, however deep in the other.
         wrong[index] = (depths.argmin(axis=0) != own) & (depths[own, np.arange(len(own))] > 0)
         judged[index] = there[own] & ~(drawn & there[late].any()) & np.isfinite(points).all(axis=1)
-    return Judgement(errors, wrong & judged, judged, late)
+    return Judgement(errors, wrong & judged, judged, own, late)
 
 
 def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float) -> dict[str, float]:
@@ -106,6 +107,7 @@ def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float
         "median": np.median(errors),
         "p95": np.quantile(errors, 0.95),
         "end_median": np.median(found.errors[-1][found.judged[-1]]),
+        **_of_bodies(found),
         "wrong_end": wrong[-1],
         "wrong_worst": wrong.max(),
         "dfu_mean": np.mean(dfu),
@@ -121,6 +123,15 @@ def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float
         result["late_centers"] = in_late(positions[-1]).mean()
         result["late_volume"] = np.average(in_late(last.finest.positions), weights=last.finest.masses)
     return {name: round(float(value), 5) for name, value in result.items()}
+
+
+def _of_bodies(found: Judgement) -> dict[str, float]:
+    """Median and 95th percentile of each body that had centers at first, where there are several."""
+    bodies, result = np.unique(found.own), {}
+    for body in bodies if len(bodies) > 1 else ():
+        errors = found.errors[found.judged & (found.own == body)]
+        result |= {f"body_{body}_median": np.median(errors), f"body_{body}_p95": np.quantile(errors, 0.95)}
+    return result
 
 
 def measured(case: Case, settings: TrackingSettings, repeat: bool) -> dict[str, float]:

@@ -1,12 +1,12 @@
-"""The five synthetic sequences. Times run from 0 to 1."""
+"""The synthetic sequences. Times run from 0 to 1."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .bodies import Body, Part, Sequence
-from .motions import Bend, Chain, Motion, Rigid, Squash, Twist, Undo
-from .shapes import ball, block, capsule, disc, union
+from .motions import Bend, Chain, Curve, Motion, Rigid, Squash, Twist, Undo
+from .shapes import Field, ball, block, capsule, disc, union
 
 
 def tumble() -> Sequence:
@@ -16,11 +16,22 @@ def tumble() -> Sequence:
     return Sequence("tumble", (Body((Part(solid, flight),)),), center=(0, 0, 0.2), reach=2.4, cell=0.09)
 
 
+BEAM = block((1.5, 0, 0), (1.7, 0.3, 0.2), 0.1)
+
+
 def bar() -> Sequence:
-    """A bar with a head, twisted and bent at the same time."""
-    solid = union(block((1.5, 0, 0), (1.7, 0.3, 0.2), 0.1), ball((3.1, 0, 0), 0.42))
+    """A bar with a round head, twisted and bent at the same time; the head does not show its twist."""
+    return _twisted_and_bent("bar", union(BEAM, ball((3.1, 0, 0), 0.42)))
+
+
+def beam() -> Sequence:
+    """The same motion without the head: a twist shows all along it."""
+    return _twisted_and_bent("beam", BEAM)
+
+
+def _twisted_and_bent(name: str, solid: Field) -> Sequence:
     motion = Chain((Twist(lambda t: 0.5 * t), Bend(3.0, lambda t: 1.5 * t)))
-    return Sequence("bar", (Body((Part(solid, motion),)),), center=(1.5, 0, 0.7), reach=2.8, cell=0.09)
+    return Sequence(name, (Body((Part(solid, motion),)),), center=(1.5, 0, 0.7), reach=2.8, cell=0.09)
 
 
 def collide() -> Sequence:
@@ -46,7 +57,7 @@ def appear() -> Sequence:
     return Sequence("appear", (first, second), center=(0.4, 0.9, 0.2), reach=2.8, cell=0.09)
 
 
-# The hand of `grasp`, millimetres.
+# The hand of `clasp` and `grasp`, millimetres.
 PALM_RADIUS, PALM_HALF_HEIGHT = 42.0, 9.0
 FINGER_LENGTH, FINGER_RADIUS = 88.0, 9.5
 FINGER_DIRECTIONS = (-0.6, 0.0, 0.6, np.pi)  # radians about z: three fingers and the thumb
@@ -54,14 +65,23 @@ OPEN_CURL, CLOSED_CURL = 1.5, 2.56  # radians; in twelve frames no fingertip mov
 BALL_RADIUS, BALL_HEIGHT, BALL_LIFT = 55.0, 62.0, 45.0
 
 
+def clasp() -> Sequence:
+    """A hand closes on a ball until they touch, and opens again as the ball rises. Millimetres."""
+    return _hand_and_ball("clasp", lambda t: 0.0)
+
+
 def grasp() -> Sequence:
-    """A hand closes on a ball until they touch, both tilt together, the hand opens and the ball rises. Millimetres."""
-    tilt = Rigid((0.3, 1, 0), lambda t: 0.5 * ramp(t, 0.2, 0.8), lambda t: (0.0, 0.0, 0.0))
+    """The same while both tilt together: the ball turns with the hand, which its round outline does not show."""
+    return _hand_and_ball("grasp", lambda t: 0.5 * ramp(t, 0.2, 0.8))
+
+
+def _hand_and_ball(name: str, angle: Curve) -> Sequence:
+    tilt = Rigid((0.3, 1, 0), angle, lambda t: (0.0, 0.0, 0.0))
     palm = Part(disc(PALM_RADIUS, PALM_HALF_HEIGHT, 6.0), tilt)
     hand = Body((palm, *(_finger(direction, tilt) for direction in FINGER_DIRECTIONS)))
     lift = Rigid((0, 0, 1), lambda t: 0.0, lambda t: (0.0, 0.0, BALL_HEIGHT + BALL_LIFT * (1.0 - _grip(t))))
     caught = Body((Part(ball((0, 0, 0), BALL_RADIUS), Chain((lift, tilt))),))
-    return Sequence("grasp", (hand, caught), center=(0, 0, 55), reach=140.0, cell=4.8)
+    return Sequence(name, (hand, caught), center=(0, 0, 55), reach=140.0, cell=4.8)
 
 
 def _grip(time: float) -> float:
@@ -83,4 +103,4 @@ def ramp(time: float, start: float, end: float) -> float:
     return share * share * (3.0 - 2.0 * share)
 
 
-SEQUENCES = {make.__name__: make for make in (tumble, bar, collide, appear, grasp)}
+SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, collide, appear, clasp, grasp)}

@@ -9,7 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from sample_scenes.generators import SEQUENCES
 
 # Number of connected surfaces at the start, in the middle and at the end.
-COMPONENTS = {"tumble": (1, 1, 1), "bar": (1, 1, 1), "collide": (2, 1, 2), "appear": (1, 2, 2), "grasp": (2, 1, 2)}
+COMPONENTS = {"tumble": (1, 1, 1), "beam": (1, 1, 1), "bar": (1, 1, 1), "appear": (1, 2, 2)}
+COMPONENTS |= {"collide": (2, 1, 2), "clasp": (2, 1, 2), "grasp": (2, 1, 2)}
 
 
 def components(mesh) -> int:
