@@ -14,6 +14,7 @@ from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.core.volume import Volume, sample_volume
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.sequence import find_sequence
+from refmesh_addon.pipeline.parallel import one_ahead
 
 FIELDS = {field.name: field for field in fields(TrackingSettings)}
 
@@ -31,8 +32,8 @@ def tracked(
     start : state of the first frame, where it is known already.
     """
     state = start
-    for index, mesh in enumerate(meshes):
-        volume = sample_volume(mesh, settings.resolution, settings.centers)
+    volumes = one_ahead(lambda mesh: sample_volume(mesh, settings.resolution, settings.centers), meshes)
+    for index, volume in enumerate(volumes):
         if index or state is None:
             state = next_frame(state, volume, settings) if index else first_frame(volume, settings)
         yield state, volume

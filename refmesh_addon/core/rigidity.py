@@ -14,7 +14,7 @@ from scipy import sparse
 
 from .rotations import rigid_motions
 
-SOLVER_STEPS = 12  # conjugate-gradient steps of one solve, started from the present centers; the outer loop goes on from there
+SOLVER_STEPS = 6  # conjugate-gradient steps of one solve, started from the present centers; the outer loop goes on from there
 
 
 class Rigidity:

@@ -23,8 +23,8 @@ from .volume import Volume
 
 ARAP_WEIGHT = 20.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
 OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; the volume pulls only at its surface, so whole limbs settle slowly without
-INERTIA = 0.8  # share of the last motion in the first guess; with all of it (published) a ball once set spinning never stops
-STEP_STOP = (0.02, 0.007, 0.003)  # largest step, in s, that ends each level; the last is the published 1e-4 at 1.8 units
+INERTIA = 0.65  # share of the last motion in the first guess; with all of it (published) a ball once set spinning never stops
+STEP_STOP = (0.02, 0.007, 0.003)  # largest step, in s, that ends each level; the last is about the published 1e-4 at 1.8 units
 MOST_STEPS = (100, 60, 60)  # per level; the piecewise-constant Lloyd pull may circle just above the stop
 
 

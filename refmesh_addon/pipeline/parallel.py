@@ -5,8 +5,9 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 
@@ -16,6 +17,18 @@ MOST_WORKERS = 8  # a task holds one frame's grids and factors: more processes w
 QUEUED = 2  # tasks submitted for each process: one at work, one ready
 ENDING = 5.0  # seconds that an ended process may take to be gone; it takes milliseconds
 POLL = 0.2  # seconds between two looks at whether the job is still wanted
+
+
+def one_ahead(make: Callable, items: Iterable) -> Iterator:
+    """make(item) for each item in turn; the next one is made in a thread while the caller works on this one."""
+    with ThreadPoolExecutor(1) as thread:
+        waiting = deque()
+        for item in items:
+            waiting.append(thread.submit(make, item))
+            if len(waiting) > 1:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
 
 
 class Workers:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..io.pc2 import write_pc2
 from ..io.sequence import held_frames
 from .cache import KEY_LENGTH, digest
 from .context import READING_SHARE, Context
+from .parallel import one_ahead
 
 TRACKING_SCHEMA = 4
 VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
@@ -43,17 +43,12 @@ def track(context: Context) -> Tracked:
     end = FORWARD_SHARE if settings.global_rounds else 1.0
     keys = _chained_keys(context)
     states, done = _resumed(context, keys)
-    with ThreadPoolExecutor(1) as ahead:  # the next frame is filled while this one is tracked
-        wanted = {done: ahead.submit(volume_of, context, done)} if done < len(keys) else {}
-        for index in range(done, len(keys)):
-            context.notify("tracking", context.numbers[index], READING_SHARE + (end - READING_SHARE) * index / len(keys))
-            volume = wanted.pop(index).result()
-            if index + 1 < len(keys):
-                wanted[index + 1] = ahead.submit(volume_of, context, index + 1)
-            state = next_frame(states[-1], volume, settings) if states else first_frame(volume, settings)
-            states = [*states[-1:], state]
-            context.cache.save(_frame_entry(context, index), keys[index], _entry(context, index, state, volume))
-            context.cache.save(STATE, keys[index], _as_arrays(state))
+    for index, volume in enumerate(one_ahead(lambda index: volume_of(context, index), range(done, len(keys))), done):
+        context.notify("tracking", context.numbers[index], READING_SHARE + (end - READING_SHARE) * index / len(keys))
+        state = next_frame(states[-1], volume, settings) if states else first_frame(volume, settings)
+        states = [*states[-1:], state]
+        context.cache.save(_frame_entry(context, index), keys[index], _entry(context, index, state, volume))
+        context.cache.save(STATE, keys[index], _as_arrays(state))
     return _finished(context, keys, states[-1])
 
 

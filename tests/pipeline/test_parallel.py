@@ -6,7 +6,7 @@ import time
 import pytest
 
 from refmesh_addon.core.check import Cancelled, RefMeshError
-from refmesh_addon.pipeline.parallel import MOST_WORKERS, QUEUED, Workers
+from refmesh_addon.pipeline.parallel import MOST_WORKERS, QUEUED, Workers, one_ahead
 
 PATIENCE = 30.0  # seconds until a test gives up
 
@@ -104,3 +104,23 @@ def test_a_process_that_dies_is_told_in_words():
 def test_there_is_at_least_one_process_and_not_too_many():
     assert 1 <= Workers().count <= MOST_WORKERS
     assert Workers(3).count == 3
+
+
+def test_one_ahead_makes_each_item_once_in_order_and_only_one_too_early():
+    made = []
+
+    def make(item):
+        made.append(item)
+        return 10 * item
+
+    for count, result in enumerate(one_ahead(make, range(5)), 1):
+        assert result == 10 * (count - 1)
+        assert len(made) <= count + 1
+    assert made == list(range(5))
+
+
+def test_one_ahead_fails_where_the_item_would_have_come():
+    found = one_ahead(lambda item: 1 // item, [1, 0, 2])
+    assert next(found) == 1
+    with pytest.raises(ZeroDivisionError):
+        next(found)
