@@ -29,6 +29,16 @@ class TrackingSettings:
     resolution: int = option(
         256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel resolution"
     )
+    tracking: str = option(
+        "sequence",
+        "How far a center is followed before tracking starts anew",
+        choices={
+            "sequence": "Through the whole sequence",
+            "group": "Through the frames that share a reference mesh: nothing piles up, bodies that come late get their centers, "
+            "and groups share the cores; at each group centers step to new places",
+        },
+        label="Track Over",
+    )
     affinity: str = option(
         "max",
         "How strongly two centers are taken to belong together over time",

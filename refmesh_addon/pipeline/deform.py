@@ -16,7 +16,7 @@ from .cache import KEY_LENGTH, digest
 from .context import Context
 from .refer import Group
 from .stages import deform_reference
-from .track import Tracked
+from .tracked import Tracked
 
 DEFORMATION_SCHEMA = 1
 

@@ -14,7 +14,8 @@ from ..core.rotations import rigid_motions
 from ..core.volume import VolumeSamples
 from .cache import Arrays, digest
 from .context import Context
-from .track import FORWARD_SHARE, Tracked, volume_of
+from .track import FORWARD_SHARE, volume_of
+from .tracked import Tracked
 
 GLOBAL_SCHEMA = 1
 
@@ -34,14 +35,15 @@ def optimize_globally(context: Context, tracked: Tracked) -> Tracked:
 
 def _after_round(context: Context, last: Tracked, index: int) -> tuple[Tracked, np.ndarray]:
     """The tracking after one more round, and the energies on the way; a run that was killed goes on after the last one."""
-    key = digest(GLOBAL_SCHEMA, last.key, index)
+    (part,) = last.parts
+    key = digest(GLOBAL_SCHEMA, part.key, index)
     made = context.cache.load_or_make(f"tracking/global_{index:02d}", key, lambda: _optimized(context, last, index))
     weights = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (made["positions"].shape[1],) * 2)
-    return replace(last, positions=made["positions"], affinity=weights, key=key), made["energies"]
+    return Tracked(made["positions"], (replace(part, affinity=weights, key=key),)), made["energies"]
 
 
 def _optimized(context: Context, last: Tracked, index: int) -> Arrays:
-    settings, done = context.settings.tracking, 0.0
+    settings, done, (part,) = context.settings.tracking, 0.0, last.parts
 
     def progress(share: float) -> None:
         nonlocal done
@@ -53,7 +55,7 @@ def _optimized(context: Context, last: Tracked, index: int) -> Arrays:
         progress(done)  # so that a run over many frames hears soon that nobody wants it any more
         return _samples(context, frame)
 
-    found = optimize(last.positions, last.affinity, samples_of, last.spacing, settings.affinity, progress)
+    found = optimize(last.positions, part.affinity, samples_of, part.spacing, settings.affinity, progress)
     pairs = found.affinity.weights().tocoo()
     return {"positions": found.positions, "energies": found.energies, "row": pairs.row, "column": pairs.col, "value": pairs.data}
 
@@ -73,7 +75,8 @@ def _samples(context: Context, frame: int) -> VolumeSamples:
 
 def _report(context: Context, found: Tracked) -> None:
     """Figures per frame as forward tracking has them, on the finest samples; its own evenness stays as `dfu_forward`."""
-    made = context.cache.load_or_make("tracking/global_figures", digest(GLOBAL_SCHEMA, found.key), lambda: _figures(context, found))
+    key = digest(GLOBAL_SCHEMA, found.parts[0].key)
+    made = context.cache.load_or_make("tracking/global_figures", key, lambda: _figures(context, found))
     report = context.report.tracking
     report["dfu_forward"] = report["dfu"]
     report.update({name: values.tolist() for name, values in made.items()})
@@ -81,13 +84,13 @@ def _report(context: Context, found: Tracked) -> None:
 
 def _figures(context: Context, found: Tracked) -> Arrays:
     figures: dict[str, list[float]] = {"dfu": [], "lloyd_energy": [], "arap_energy": []}
-    before = found.positions[0]
+    before, (part,) = found.positions[0], found.parts
     for frame, centers in enumerate(found.positions):
         context.notify("tracking", context.numbers[frame], 1.0)
         cells = lloyd.cells(centers, Ownership(volume_of(context, frame).finest))
-        apart = rigid_motions(found.affinity, before, centers).apply(before) - centers
+        apart = rigid_motions(part.affinity, before, centers).apply(before) - centers
         figures["dfu"].append(cells.non_uniformity)
-        figures["lloyd_energy"].append(cells.energy / found.spacing**2)
-        figures["arap_energy"].append(np.einsum("ni,ni->n", apart, apart).mean() / found.spacing**2)
+        figures["lloyd_energy"].append(cells.energy / part.spacing**2)
+        figures["arap_energy"].append(np.einsum("ni,ni->n", apart, apart).mean() / part.spacing**2)
         before = centers
     return {name: np.array(values) for name, values in figures.items()}

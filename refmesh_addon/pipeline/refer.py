@@ -16,7 +16,7 @@ from ..io.report import GroupReport
 from .cache import digest
 from .context import Context
 from .stages import GroupCenters, align_frame, build_reference, place_centers
-from .track import Tracked, write_centers
+from .tracked import Tracked, write_centers
 
 REFERENCE_SCHEMA = 1
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
@@ -42,9 +42,8 @@ class Group:
 
 def refer(context: Context, tracked: Tracked) -> list[Group]:
     """Makes the reference mesh of each group and writes it."""
-    size = context.settings.reference.group_size
-    spans = [tuple(range(start, min(start + size, len(context.frames)))) for start in range(0, len(context.frames), size)]
-    keys = [digest(REFERENCE_SCHEMA, tracked.key, span, asdict(context.settings.reference)) for span in spans]
+    spans = context.group_spans
+    keys = [digest(REFERENCE_SCHEMA, tracked.part_of(span[0]).key, span, asdict(context.settings.reference)) for span in spans]
     centers = [_placed(context, tracked, *item) for item in enumerate(zip(spans, keys, strict=True))]
     aligned = _aligned(context, tracked, spans, keys, centers)
     meshes = _built(context, spans, keys, centers, aligned)
@@ -61,19 +60,20 @@ def refer(context: Context, tracked: Tracked) -> list[Group]:
 
 def _placed(context: Context, tracked: Tracked, index: int, span_and_key: tuple) -> GroupCenters:
     span, key = span_and_key
+    part = tracked.part_of(span[0])
 
     def alive(_: float) -> None:
         context.notify("reference", context.numbers[span[0]], 0.0)
 
     def make() -> dict[str, np.ndarray]:
-        placed = place_centers(tracked.positions[list(span)], tracked.affinity, tracked.spacing, alive)
+        placed = place_centers(tracked.positions[list(span)], part.affinity, part.spacing, alive)
         pairs = placed.affinity.tocoo()
         figures = {"anchor": np.int64(placed.anchor), "stress": np.float64(placed.stress)}
         return {"positions": placed.positions, "row": pairs.row, "column": pairs.col, "value": pairs.data, **figures}
 
     made = context.cache.load_or_make(f"reference/centers_{index:03d}", key, make)
     affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (len(made["positions"]),) * 2)
-    return GroupCenters(made["positions"], affinity, tracked.spacing, int(made["anchor"]), float(made["stress"]))
+    return GroupCenters(made["positions"], affinity, part.spacing, int(made["anchor"]), float(made["stress"]))
 
 
 def _aligned(context: Context, tracked: Tracked, spans, keys, centers) -> dict[int, dict[str, np.ndarray]]:

@@ -11,7 +11,9 @@ from .global_rounds import optimize_globally
 from .job import JobSpec
 from .parallel import Workers
 from .refer import refer
-from .track import track, write_tracked
+from .track import track_sequence
+from .track_groups import track_groups
+from .tracked import Tracked, write_tracked
 
 
 def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: int | None = None) -> None:
@@ -24,7 +26,7 @@ def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: i
     with Workers(processes) as workers:
         context = Context.open(spec, notify, warn, workers)
         with context.timed("tracking"):
-            tracked = optimize_globally(context, track(context))
+            tracked = _tracked(context)
             write_tracked(context, tracked)
         if "reference" in spec.stages:
             with context.timed("reference"):
@@ -35,3 +37,9 @@ def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: i
         if "evaluation" in spec.stages:
             with context.timed("evaluation"):
                 evaluate(context, deformed)
+
+
+def _tracked(context: Context) -> Tracked:
+    if context.settings.tracking.tracking == "group":
+        return track_groups(context)
+    return optimize_globally(context, track_sequence(context))

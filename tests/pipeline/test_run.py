@@ -8,6 +8,7 @@ from numpy.testing import assert_array_equal
 
 from refmesh_addon.core.check import Cancelled
 from refmesh_addon.core.geometry import is_watertight
+from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
 from refmesh_addon.pipeline.job import STAGES, JobSpec
@@ -41,9 +42,11 @@ def test_deformed_frames_share_the_reference_and_are_what_is_played(finished):
         assert max(frame[side]["mean"] for side in ("source_to_deformed", "deformed_to_source")) < 0.05
 
 
-def test_the_number_of_workers_changes_no_byte(two_balls, tmp_path):
+@pytest.mark.parametrize("tracking", ["sequence", "group"])
+def test_the_number_of_workers_changes_no_byte(two_balls, tmp_path, tracking):
+    settings = Settings.from_flat({**TINY.to_flat(), "tracking": tracking, "group_size": 2})
     for workers in (1, 2):
-        spec = JobSpec(str(two_balls), str(tmp_path / str(workers)), settings=TINY)
+        spec = JobSpec(str(two_balls), str(tmp_path / str(workers)), settings=settings)
         run(spec, lambda *_: None, lambda _: None, workers)
     assert results(tmp_path / "1") == results(tmp_path / "2")
 

@@ -1,0 +1,97 @@
+"""What tracking leaves, whichever way it went: centers in every frame, how they hang together, figures and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from ..core.check import RefMeshError
+from ..core.tracking import TrackedFrame
+from ..core.volume import Volume
+from ..io.files import output_folder, write_npz
+from ..io.pc2 import write_pc2
+from ..io.sequence import held_frames
+from .cache import KEY_LENGTH, Arrays, digest
+from .context import Context
+
+VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
+OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
+FIGURES = ("dfu", "lloyd_energy", "arap_energy", "steps")  # of each frame
+
+
+@dataclass(frozen=True)
+class Part:
+    """Frames tracked in one go.
+
+    stop : index after the last frame.  affinity : (C, C) weights after the last frame.  spacing : s.  key : of all this.
+    """
+
+    stop: int
+    affinity: sparse.csr_matrix
+    spacing: float
+    key: str
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """positions : (F, C, 3).  parts : in order, all frames together."""
+
+    positions: np.ndarray
+    parts: tuple[Part, ...]
+
+    def part_of(self, index: int) -> Part:
+        """The part that holds a frame, by its index."""
+        return next(part for part in self.parts if index < part.stop)
+
+
+def frame_entry(state: TrackedFrame, volume: Volume, path: object) -> Arrays:
+    """What is kept of a frame: its centers and figures. Raises RefMeshError, naming the file, when the centers were lost."""
+    if not np.isfinite(state.centers).all():
+        raise RefMeshError(f"{path}: the centers were lost here; leave this frame out with --frames")
+    outside = np.mean(cKDTree(volume.finest.positions).query(state.centers)[0] > volume.finest.spacing)
+    figures = {name: np.float64(getattr(state, name)) for name in FIGURES}
+    return figures | {"centers": state.centers, "volume": np.float64(volume.size), "outside": outside}
+
+
+def report_tracking(context: Context, entries: list[Arrays], spacing: float) -> None:
+    """Puts the figures of all frames into the report, and says which frames are doubtful."""
+    for name in ("dfu", "lloyd_energy", "arap_energy"):
+        context.report.tracking[name] = [float(entry[name]) for entry in entries]
+    context.report.tracking["center_spacing"] = spacing
+    _warn(context, entries)
+
+
+def _warn(context: Context, entries: list[Arrays]) -> None:
+    """Names frames in which something came or went, and those in which centers ended outside."""
+    volumes = [float(entry["volume"]) for entry in entries]
+    for number, before, volume, entry in zip(context.numbers, volumes[:1] + volumes, volumes, entries, strict=False):
+        if abs(volume / before - 1) > VOLUME_JUMP:
+            more, what = ("more", "appeared") if volume > before else ("less", "is missing")
+            change = f"encloses {abs(volume / before - 1):.0%} {more} volume than the frame before"
+            context.warn(f"frame {number}: {change}: something {what}, and centers move to even that out")
+        if entry["outside"] > OUTSIDE_SHARE:
+            share = float(entry["outside"])
+            context.warn(f"frame {number}: {share:.1%} of the centers lie outside the surface; more --centers follow thin parts better")
+
+
+def write_tracked(context: Context, tracked: Tracked) -> None:
+    """centers.npz and the playback of the centers."""
+    write_centers(context, tracked.positions, {})
+    _write_playback(context, tracked.positions, digest(*(part.key for part in tracked.parts)))
+
+
+def write_centers(context: Context, positions: np.ndarray, reference_centers: dict[str, np.ndarray]) -> None:
+    """centers.npz, with the arrays of the groups where they are known."""
+    write_npz(context.output / "centers.npz", {"frames": np.array(context.numbers), "positions": positions, **reference_centers})
+
+
+def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:
+    output_folder(context.output / "playback")
+    path = f"playback/centers-{key[:KEY_LENGTH]}.pc2"
+    shown = held_frames(context.frames.sequence)
+    write_pc2(context.output / path, (positions[index] for index in shown), positions.shape[1], len(shown))
+    context.report.centers_playback = path
+    context.remove_stale("playback/centers-*.pc2", keep=[path])
