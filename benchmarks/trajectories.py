@@ -145,7 +145,7 @@ def measured(case: Case, settings: TrackingSettings, repeat: bool) -> dict[str, 
 def repeated(case: Case, settings: TrackingSettings, states: list[TrackedFrame], voxel: float) -> dict[str, float]:
     """How far, in voxels, centers end from where they should when the input is scaled, turned and moved.
 
-    The second run starts from the first one's centers: the random spread depends on where the voxels lie.
+    The second run starts from the first one's centers: other voxels would spread others, as good but not the same.
     """
     change = lambda points: SCALE * points @ TURN.T + SHIFT
     first = states[0]
