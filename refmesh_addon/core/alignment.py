@@ -21,12 +21,14 @@ from .voxels import Grid, fill, grid_around
 
 GATE = 1.0  # farthest partner of a surface point, in s
 COMPATIBLE = 0.6  # least cosine between the normals of partners
-RIGIDITY = 0.05  # weight of the affinity graph's smoothness against one surface point per center
+# Weight of the affinity graph's smoothness against one surface point per center, at the first and the last step: large parts
+# move as one before small ones follow, or single centers run to the wrong side of a fold of cloth (Amberg et al. 2007).
+STIFFEST, SOFTEST = 10.0, 0.3
 STRONGEST = 8  # kin of a center that its move is compared with
 DAMPING = 1e-3  # keeps centers that no surface point speaks for where they are
 MOST_POINTS = 20  # surface points per center that take part in one step
 IOU_RESOLUTION = 128  # voxels along the longest side when overlap is measured: the paper's 0.01 at 1.8 units, nearly
-STEP_SHARES = (1.0, 0.5, 0.25)  # damped steps tried before alignment gives up
+STEP_SHARES = (1.0, 0.5, 0.25)  # damped steps tried before one is refused
 
 
 @dataclass(frozen=True)
@@ -75,20 +77,18 @@ def align(frame: FrameMap, targets: np.ndarray, anchor: AnchorFrame, steps: int)
     """
     mesh = frame.to(targets)
     best = before = anchor.iou(mesh)
-    for _ in range(steps):
-        move = _pull(mesh, frame, anchor)
+    for rigidity in np.geomspace(STIFFEST, SOFTEST, steps):
+        move = _pull(mesh, frame, anchor, rigidity)
         for share in STEP_SHARES:
             candidate = frame.to(targets + share * move)
             score = anchor.iou(candidate)
             if score > best:
+                targets, mesh, best = targets + share * move, candidate, score
                 break
-        else:
-            break
-        targets, mesh, best = targets + share * move, candidate, score
     return Alignment(targets, before, best)
 
 
-def _pull(mesh: TriangleMesh, frame: FrameMap, anchor: AnchorFrame) -> np.ndarray:
+def _pull(mesh: TriangleMesh, frame: FrameMap, anchor: AnchorFrame, rigidity: float) -> np.ndarray:
     """(C, 3) moves of the centers that bring surface points onto the tangent planes of their partners."""
     weights = frame.binding.weights
     stride = max(1, len(mesh.vertices) // (MOST_POINTS * weights.shape[1]))
@@ -100,16 +100,16 @@ def _pull(mesh: TriangleMesh, frame: FrameMap, anchor: AnchorFrame) -> np.ndarra
     found = found[np.einsum("ij,ij->i", normals, own[found]) > COMPATIBLE]
     normals = anchor.normals[partner.triangles[found]]
     gap = np.einsum("ij,ij->i", normals, partner.points[found] - points[found])
-    return _moved_centers(weights[chosen[found]], normals, gap, frame.affinity)
+    return _moved_centers(weights[chosen[found]], normals, gap, frame.affinity, rigidity)
 
 
-def _moved_centers(weights, normals, gap, affinity) -> np.ndarray:
+def _moved_centers(weights, normals, gap, affinity, rigidity: float) -> np.ndarray:
     """Least squares: n . (W d) = gap for each point, |d_i - d_j|^2 small along the affinity graph."""
     count = weights.shape[1]
     rows = sparse.hstack([weights.multiply(normals[:, [k]]) for k in range(3)]).tocsr()
     per_center = len(gap) / count
     laplacian = sparse.csgraph.laplacian(_graph(affinity))
-    smooth = sparse.block_diag([laplacian] * 3) * (RIGIDITY * per_center)
+    smooth = sparse.block_diag([laplacian] * 3) * (rigidity * per_center)
     system = rows.T @ rows + smooth + sparse.identity(3 * count) * (DAMPING * max(per_center, 1.0))
     solved = splu(sparse.csc_matrix(system)).solve(rows.T @ gap)
     return solved.reshape(3, count).T

@@ -69,7 +69,7 @@ class ReferenceSettings:
         },
     )
     alignment_steps: int = option(
-        6, "Most steps that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50
+        8, "Steps, from stiff to soft, that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50
     )
     poisson_depth: int = option(
         0, "Octree depth of the screened Poisson reconstruction; 0 chooses it from the triangle budget", low=0, high=12
