@@ -8,6 +8,7 @@ so however far the query, few corners pass it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ MOST_PIECES = 4  # pieces per triangle in the mean, beyond that pieces stay larg
 SPARE_PIECES = 1000  # ... and this many for a mesh of a few triangles
 ROUNDING = 1e-13  # squared distances that differ by less than this share of the squared size are equal but for rounding
 SLACK = 1e-9  # share added to the squared reach: rounding must not lose a winner
+
+# allowed((N,) positions in the list of queries, (N,) triangles) -> (N,) bool
+Allowed = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -48,30 +52,31 @@ class SurfaceIndex:
             raise ValueError("mesh has no triangles to measure to")
         self.mesh = mesh
         self._middle = mesh.vertices.mean(axis=0)  # measured from here, far-away coordinates keep their digits
-        corners = (mesh.vertices - self._middle)[mesh.triangles]
-        self._planes = _planes(corners)
-        pieces, owners, longest = _pieces(corners)
-        nodes, inverse = np.unique(pieces.reshape(-1, 3), axis=0, return_inverse=True)
-        by_node = np.argsort(inverse.reshape(-1), kind="stable")
+        vertices = mesh.vertices - self._middle
+        self._planes = _planes(vertices[mesh.triangles])
+        nodes, pieces, owners, longest = _pieces(vertices, mesh.triangles)
+        by_node = np.argsort(pieces.ravel(), kind="stable")
         self._owners = np.repeat(owners, 3)[by_node]
         self._covers = np.repeat(longest**2 / 3.0, 3)[by_node]
-        self._starts = np.searchsorted(inverse.reshape(-1)[by_node], np.arange(len(nodes) + 1))
+        self._starts = np.searchsorted(pieces.ravel()[by_node], np.arange(len(nodes) + 1))
         self._widest = float(self._covers.max())
-        self._rounding = ROUNDING * float(np.abs(corners).max()) ** 2
+        self._rounding = ROUNDING * float(np.abs(vertices).max()) ** 2
         self._tree = cKDTree(nodes, balanced_tree=False)
 
-    def query(self, points: np.ndarray, max_distance: float = np.inf) -> ClosestPoints:
-        """Closest surface point of each of (N, 3) points."""
+    def query(self, points: np.ndarray, max_distance: float = np.inf, allowed: Allowed | None = None) -> ClosestPoints:
+        """Closest surface point of each of (N, 3) points, on the triangles that are allowed for it.
+
+        A triangle is only asked about where it is near enough to win; one that is refused costs as if it were not there.
+        """
         points = np.asarray(points, dtype=np.float64)
-        search = _Search(self, points - self._middle, float(max_distance))
+        search = _Search(self, points - self._middle, float(max_distance), allowed)
         active, count = np.arange(len(points)), min(FIRST_CORNERS, self._tree.n)
-        first = 0
         while len(active):
             rows = max(1, BLOCK // count)
-            active = np.concatenate([search.advance(active[at : at + rows], first, count) for at in range(0, len(active), rows)])
+            active = np.concatenate([search.advance(active[at : at + rows], count) for at in range(0, len(active), rows)])
             if count == self._tree.n:
                 break
-            first, count = count, min(MORE_CORNERS * count, self._tree.n)
+            count = min(MORE_CORNERS * count, self._tree.n)
         found = search.owners >= 0
         closest = np.where(found[:, None], search.closest + self._middle, points)
         return ClosestPoints(closest, search.owners, np.where(found, np.sqrt(search.squares), np.inf))
@@ -80,23 +85,24 @@ class SurfaceIndex:
 class _Search:
     """The best found so far for each query of one call."""
 
-    def __init__(self, index: SurfaceIndex, points: np.ndarray, max_distance: float):
-        self._index, self._points = index, points
+    def __init__(self, index: SurfaceIndex, points: np.ndarray, max_distance: float, allowed: Allowed | None):
+        self._index, self._points, self._allowed = index, points, allowed
         self._limit = np.sqrt(max_distance**2 + index._widest) * (1 + SLACK)
         self.squares = np.full(len(points), max_distance**2)
         self.owners = np.full(len(points), -1)
         self.closest = points.copy()
 
-    def advance(self, active: np.ndarray, first: int, count: int) -> np.ndarray:
-        """Looks at corners number first..count of the active queries; returns those that need more."""
+    def advance(self, active: np.ndarray, count: int) -> np.ndarray:
+        """Looks at the nearest `count` corners of the active queries; returns those that need more.
+
+        All of them, also those of the round before: of corners equally far, the two rounds may have fetched different ones.
+        """
         distance, corner = self._index._tree.query(
             self._points[active], k=np.arange(1, count + 1), distance_upper_bound=self._limit, workers=-1
         )
         square = distance**2
-        if first == 0:  # the nearest corner's triangles rule out most of the others
-            self._improve(active, square[:, :1], corner[:, :1])
-            first = 1
-        self._improve(active, square[:, first:], corner[:, first:])
+        self._improve(active, square[:, :1], corner[:, :1])  # the nearest corner's triangles rule out most of the others
+        self._improve(active, square[:, 1:], corner[:, 1:])
         return active[square[:, -1] <= self._reach(active, self._index._widest)]
 
     def _reach(self, query, cover):
@@ -112,6 +118,9 @@ class _Search:
         query = np.repeat(active[rows], around)
         near = np.repeat(square, around) <= self._reach(query, index._covers[slot])
         query, triangle = query[near], index._owners[slot[near]]
+        if self._allowed is not None:
+            kept = self._allowed(query, triangle)
+            query, triangle = query[kept], triangle[kept]
         if len(query):
             self._measure(query, triangle)
 
@@ -180,28 +189,35 @@ def _closest_in_plane(points: np.ndarray, planes: np.ndarray) -> tuple[np.ndarra
 
 def _longest_first(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(N, 3, 3) triangles turned so that their longest edge joins corners 0 and 1, and its (N,) length."""
+    turned, longest = _turned(corners)
+    return np.take_along_axis(corners, turned[:, :, None], axis=1), longest
+
+
+def _turned(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The order (N, 3) of corners in which the longest edge joins the first two, and its (N,) length."""
     lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    longest = lengths.argmax(axis=1)
-    turned = (longest[:, None] + np.arange(3)) % 3
-    return np.take_along_axis(corners, turned[:, :, None], axis=1), lengths.max(axis=1)
+    return (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3, lengths.max(axis=1)
 
 
-def _pieces(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(T, 3, 3) triangles cut at the middle of their longest edge until none is large, largest first.
+def _pieces(nodes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles cut at the middle of their longest edge until none is large, largest first.
 
-    Returns the pieces (N, 3, 3), the triangle of each (N,) and the longest edge of each (N,).
+    nodes : (V, 3).  triangles : (T, 3).  Returns nodes with the middles added (M, 3), the corners of the pieces (N, 3), the
+    triangle of each (N,) and the longest edge of each (N,). Neighbours cut at one edge have a middle each.
     """
-    owners = np.arange(len(corners))
-    corners, longest = _longest_first(corners)
-    fine, most = COARSEST * np.median(longest), MOST_PIECES * len(corners) + SPARE_PIECES
+    owners, pieces = np.arange(len(triangles)), triangles.astype(np.int64)
+    turned, longest = _turned(nodes[pieces])
+    pieces = np.take_along_axis(pieces, turned, axis=1)
+    fine, most = COARSEST * np.median(longest), MOST_PIECES * len(triangles) + SPARE_PIECES
     while True:
         large = longest > max(fine, 0.7 * longest.max())
-        if not large.any() or len(corners) + large.sum() > most:
-            return corners, owners, longest
-        start, end, apex = corners[large].transpose(1, 0, 2)
-        middle = (start + end) / 2
+        if not large.any() or len(pieces) + large.sum() > most:
+            return nodes, pieces, owners, longest
+        start, end, apex = pieces[large].T
+        middle = len(nodes) + np.arange(len(start))
+        nodes = np.concatenate([nodes, (nodes[start] + nodes[end]) / 2])
         halves = np.concatenate([np.stack([start, middle, apex], axis=1), np.stack([middle, end, apex], axis=1)])
-        halves, lengths = _longest_first(halves)
-        corners = np.concatenate([corners[~large], halves])
+        turned, lengths = _turned(nodes[halves])
+        pieces = np.concatenate([pieces[~large], np.take_along_axis(halves, turned, axis=1)])
         owners = np.concatenate([owners[~large], np.tile(owners[large], 2)])
         longest = np.concatenate([longest[~large], lengths])

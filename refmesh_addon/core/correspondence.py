@@ -1,21 +1,26 @@
-"""Which points of a deformed reference and of a source surface belong together: closest points that pass every check."""
+"""Which points of a deformed reference and of a source surface belong together: closest points that pass every check.
+
+Both surfaces are asked at their vertices and at the centres of their triangles: vertices alone would lie on the other
+surface with all triangles between them inside it, where it is convex.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy import sparse
 
-from .closest_point import SurfaceIndex
-from .geometry import TINY, merged, normalized, triangle_normals, vertex_normals
+from .closest_point import Allowed, ClosestPoints, SurfaceIndex
+from .geometry import TINY, merged, normalized, triangle_areas, triangle_normals, vertex_areas, vertex_normals
 from .types import TriangleMesh, _FrozenArrays
 
 # compatible(vertex_ids, triangle_ids) -> bool for each pair: may this reference vertex lie on this source triangle?
 Compatible = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 TOUCHING = 1e-6  # share of the greatest distance below which an offset has no direction worth following
+UPRIGHT = 0.7  # least cosine between offset and normal for a partner that is not the closest point: above or below, never beside
 ON_EDGE = 1e-6  # barycentric weight below which a point counts as lying on the opposite edge; rounding stays far below
 
 
@@ -35,6 +40,7 @@ class Pairs(_FrozenArrays):
     corners : (K, 3) reference vertices around the point.  shares : (K, 3) their barycentric weights.
     targets : (K, 3) scene units.  normals : (K, 3) unit directions in which the two surfaces lie apart there.
     distances : (K,) from the point to its target, scene units.
+    weights : (K,) the area that the point stands for, as a share of the mean over all points asked.
     """
 
     corners: np.ndarray
@@ -42,12 +48,49 @@ class Pairs(_FrozenArrays):
     targets: np.ndarray
     normals: np.ndarray
     distances: np.ndarray
+    weights: np.ndarray
 
     def rows(self, count: int) -> sparse.csr_matrix:
         """(K, count) matrix that turns vertex positions into the K points."""
         index = np.repeat(np.arange(len(self.corners)), 3)
         used = self.shares.ravel() != 0
         return sparse.csr_matrix((self.shares.ravel()[used], (index[used], self.corners.ravel()[used])), shape=(len(self.corners), count))
+
+
+@dataclass(frozen=True)
+class SurfaceSamples(_FrozenArrays):
+    """Vertices, then centres of triangles of a surface.
+
+    points, normals : (N, 3).  triangles : (N,) a triangle that holds the point.  corners, shares : (N, 3) as in Pairs.
+    weights : (N,) the area that each stands for, mean 1.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    corners: np.ndarray
+    shares: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh) -> SurfaceSamples:
+        """Coinciding vertices are taken as one."""
+        whole, kept = merged(mesh)
+        order = np.argsort(kept)  # as the mesh has them: what a stride picks must not depend on coordinates
+        corners = np.concatenate([np.repeat(kept[order, None], 3, axis=1), mesh.triangles])
+        areas = np.concatenate([vertex_areas(whole)[order], triangle_areas(mesh)])
+        return cls(
+            np.concatenate([whole.vertices[order], mesh.vertices[mesh.triangles].mean(axis=1)]),
+            np.concatenate([vertex_normals(whole)[order], triangle_normals(mesh)]),
+            np.concatenate([_any_triangle(mesh)[kept[order]], np.arange(len(mesh.triangles))]),
+            corners,
+            np.concatenate([np.tile([1.0, 0.0, 0.0], (len(kept), 1)), np.full((len(mesh.triangles), 3), 1 / 3)]),
+            areas / areas.mean(),
+        )
+
+    def every(self, stride: int) -> SurfaceSamples:
+        """Every n-th of them."""
+        return self if stride == 1 else SurfaceSamples(*(getattr(self, item.name)[::stride] for item in fields(self)))
 
 
 class Correspondence:
@@ -59,51 +102,65 @@ class Correspondence:
     """
 
     def __init__(self, source: SurfaceIndex, reference: TriangleMesh, compatible: Compatible | None = None):
-        self._source, self._reference, self._compatible = source, reference, compatible
+        self._source, self._compatible = source, compatible
         self._normals = triangle_normals(source.mesh)
         self._source_border = border_edges(source.mesh)
         self._reference_border = border_edges(reference)
-        whole, kept = merged(source.mesh)
-        order = np.argsort(kept)  # as the source has them: what a stride picks must not depend on coordinates
-        self._samples, self._sample_normals = whole.vertices[order], vertex_normals(whole)[order]
-        self._sample_triangles = _any_triangle(source.mesh)[kept[order]]
+        self._samples = SurfaceSamples.of(source.mesh)
 
     def from_reference(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
-        """Each vertex of the deformed reference and the closest point of the source.
+        """Samples of the deformed reference and their places on the source.
 
-        Vertices whose closest point lies on the border of a hole have no partner: the hole is where the source has no surface.
+        Samples whose partner lies on the border of a hole have none: the hole is where the source has no surface.
         """
-        found = self._source.query(mesh.vertices[:: limits.stride], limits.distance)
-        near = np.flatnonzero(found.triangles >= 0)
-        vertex, triangle = near * limits.stride, found.triangles[near]
-        good = _agreement(vertex_normals(mesh)[vertex], self._normals[triangle]) > limits.cosine
-        good &= ~on_border(self._source.mesh, self._source_border, triangle, found.points[near])
-        good = self._allowed(good, vertex, triangle)
-        shares = np.tile([1.0, 0.0, 0.0], (np.count_nonzero(good), 1))
-        corners, found_at = np.repeat(vertex[good, None], 3, axis=1), near[good]
-        apart = _apart(mesh.vertices[vertex[good]] - found.points[found_at], self._normals[triangle[good]], limits)
-        return Pairs(corners, shares, found.points[found_at], apart, found.distances[found_at])
+        asked = SurfaceSamples.of(mesh).every(limits.stride)
+        allowed = lambda sample, triangle: self._allowed(asked.corners[sample, 0], triangle)
+        at, found = _partners(asked, self._source, self._normals, limits, allowed)
+        inside = ~on_border(self._source.mesh, self._source_border, found.triangles, found.points)
+        at, points, triangles, distances = at[inside], found.points[inside], found.triangles[inside], found.distances[inside]
+        apart = _apart(asked.points[at] - points, self._normals[triangles], limits)
+        return Pairs(asked.corners[at], asked.shares[at], points, apart, distances, asked.weights[at])
 
     def from_source(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
-        """Each vertex of the source and the closest point of the deformed reference: reaches what the reference has missed."""
-        found = SurfaceIndex(mesh).query(self._samples[:: limits.stride], limits.distance)
-        near = np.flatnonzero(found.triangles >= 0)
-        sample, triangle = near * limits.stride, found.triangles[near]
-        normals = triangle_normals(mesh)[triangle]
-        good = _agreement(self._sample_normals[sample], normals) > limits.cosine
-        good &= ~on_border(mesh, self._reference_border, triangle, found.points[near])
-        corners = mesh.triangles[triangle]
-        shares = barycentric(found.points[near], mesh.vertices[corners])
-        nearest = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)[:, 0]
-        good = self._allowed(good, nearest, self._sample_triangles[sample])
-        targets, found_at = self._samples[sample[good]], near[good]
-        apart = _apart(found.points[found_at] - targets, normals[good], limits)
-        return Pairs(corners[good], shares[good], targets, apart, found.distances[found_at])
+        """Samples of the source and their places on the deformed reference: reaches what the reference has missed."""
+        asked, normals = self._samples.every(limits.stride), triangle_normals(mesh)
+        allowed = lambda sample, triangle: self._allowed(mesh.triangles[triangle, 0], asked.triangles[sample])
+        at, found = _partners(asked, SurfaceIndex(mesh), normals, limits, allowed)
+        inside = ~on_border(mesh, self._reference_border, found.triangles, found.points)
+        at, points, triangles, distances = at[inside], found.points[inside], found.triangles[inside], found.distances[inside]
+        corners, targets = mesh.triangles[triangles], asked.points[at]
+        shares, apart = barycentric(points, mesh.vertices[corners]), _apart(points - targets, normals[triangles], limits)
+        return Pairs(corners, shares, targets, apart, distances, asked.weights[at])
 
-    def _allowed(self, good: np.ndarray, vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        if self._compatible is not None:
-            good[good] = self._compatible(vertex[good], triangle[good])
+    def _allowed(self, vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+        return np.ones(len(vertex), dtype=bool) if self._compatible is None else self._compatible(vertex, triangle)
+
+
+def _partners(
+    asked: SurfaceSamples, surface: SurfaceIndex, normals: np.ndarray, limits: Limits, allowed: Allowed
+) -> tuple[np.ndarray, ClosestPoints]:
+    """Positions (K,) of the samples that have a partner on the surface, and the partners.
+
+    The partner is the closest point, where that may be. Where it may not (the other side of a thin part, or of a contact),
+    it is the closest one that may, and then only if it lies straight above or below: else the surface that belongs
+    to the sample ends there, and what lies beside it is no partner.
+    """
+
+    def fitting(sample: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+        good = _dot(asked.normals[sample], normals[triangle]) > limits.cosine
+        good[good] = allowed(sample[good], triangle[good])
         return good
+
+    found = surface.query(asked.points, limits.distance)
+    near = np.flatnonzero(found.triangles >= 0)
+    good = fitting(near, found.triangles[near])
+    first, refused = near[good], near[~good]
+    again = surface.query(asked.points[refused], limits.distance, lambda query, triangle: fitting(refused[query], triangle))
+    offsets = np.abs(_dot(asked.points[refused] - again.points, normals[again.triangles]))
+    upright = (again.triangles >= 0) & (offsets > UPRIGHT * again.distances)
+    results = (getattr(found, name)[first] for name in ("points", "triangles", "distances"))
+    others = (getattr(again, name)[upright] for name in ("points", "triangles", "distances"))
+    return np.concatenate([first, refused[upright]]), ClosestPoints(*map(np.concatenate, zip(results, others)))
 
 
 def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -145,7 +202,7 @@ def _apart(offsets: np.ndarray, normals: np.ndarray, limits: Limits) -> np.ndarr
     return np.where(touching[:, None], normals, normalized(offsets))
 
 
-def _agreement(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", a, b)
 
 

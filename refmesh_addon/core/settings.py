@@ -90,6 +90,15 @@ class DeformationSettings:
         },
         label="Key-point search",
     )
+    keypoint_fit: str = option(
+        "fixed",
+        "How the surroundings of two key points are laid on each other",
+        choices={
+            "fixed": "Turned about the key point, which stays: tells the palm from the back of the hand",
+            "free": "Best rigid fit, as earlier methods do; for comparison",
+        },
+        label="Key-point fit",
+    )
     arap_iterations: int = option(
         10, "Local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations"
     )

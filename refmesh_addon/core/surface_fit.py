@@ -17,7 +17,8 @@ from scipy import sparse
 from .arap import ArapSolver, Deformation
 from .closest_point import SurfaceIndex
 from .correspondence import Compatible, Correspondence, Limits, Pairs
-from .geometry import triangle_areas, triangle_normals
+from .folds import folded_triangles
+from .geometry import triangle_areas
 from .progress import Progress, ignore
 from .settings import DeformationSettings
 from .types import TriangleMesh, _FrozenArrays
@@ -27,9 +28,10 @@ PULL = (1.0, 300.0)  # weight of a pair, where an edge of a regular mesh weighs 
 REACH = (0.04, 0.015)  # farthest partner as a share of the square root of the area: some 5 and 2 edges of a 20k-vertex body
 COSINE = (0.3, 0.5)  # least agreement of the two normals: 73 and 60 degrees
 
-# The first half of the rounds asks every third point and pulls to points: the surface is still rough, and the result
-# measures the same. The second half asks all and pulls to planes, so that vertices reach edges and creases beside them.
-EARLY_STRIDE, SLIDES = 3, 10
+# The first half of the rounds asks every ninth point and pulls to points: the surface is still rough, and the result
+# measures the same. The second half asks every third, the last round all of them, and both pull to planes, so that vertices
+# reach edges and creases beside them.
+EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 10
 
 # A vertex at a triangle that folded over keeps this share of its pull and gains the rest back by doubling, round by round.
 FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
@@ -69,7 +71,8 @@ def fit_surface(
     for number in range(settings.fit_rounds):
         pull, reach, cosine = (_between(ends, number, settings.fit_rounds) for ends in (PULL, REACH, COSINE))
         early = number < settings.fit_rounds // 2
-        limits = Limits(reach * size, cosine, EARLY_STRIDE if early else 1)
+        last = number == settings.fit_rounds - 1
+        limits = Limits(reach * size, cosine, 1 if last else EARLY_STRIDE if early else LATE_STRIDE)
         pairs = correspondence.from_reference(mesh, limits), correspondence.from_source(mesh, limits)
         distances = np.concatenate([side.distances for side in pairs])
         residuals[number] = distances.mean() if len(distances) else 0.0
@@ -88,8 +91,8 @@ def _solve(
     pull : (R,) weight of each vertex.  shapes : where it is now and the rest shape.  slides : 0 for points, else for planes.
     """
     count = len(pull)
-    weights = [pull[side.corners].min(axis=1, initial=np.inf) for side in sides]
-    weights[1] *= min(1.0, count / max(len(sides[1].corners), 1))  # a dense source must not outweigh its own smoothness
+    # As many vertices' worth from each side: a dense source must not outweigh its own smoothness.
+    weights = [pull[side.corners].min(axis=1) * side.weights * (count / max(len(side.corners), 1)) for side in sides]
     rows = sparse.vstack([side.rows(count) for side in sides]).tocsr()
     targets, normals = (np.concatenate([getattr(side, name) for side in sides]) for name in ("targets", "normals"))
     planes = {"normals": normals, "slides": slides} if slides else {}
@@ -102,10 +105,8 @@ def _solve(
 
 def _folded(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
     """(R,) bool, whether a triangle at the vertex points away from where its vertices' rotations turned it."""
-    turned = np.einsum("tij,tj->ti", rotations[mesh.triangles].mean(axis=1), triangle_normals(rest))
-    folded = np.einsum("ij,ij->i", turned, triangle_normals(mesh)) < 0
     result = np.zeros(len(mesh.vertices), dtype=bool)
-    result[mesh.triangles[folded]] = True
+    result[mesh.triangles[folded_triangles(mesh, rest, rotations)]] = True
     return result
 
 

@@ -60,12 +60,17 @@ class GroupReport:
 class FrameReport:
     """One deformed frame; the distances are None until it is evaluated.
 
-    deformed : path relative to the output folder.  d1_psnr, d2_psnr : decibel, infinite where the surfaces are equal.
+    deformed : path relative to the output folder.  flipped : share of triangles that face the wrong way.  held : share of
+    vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
+    d1_psnr, d2_psnr : decibel, infinite where the surfaces are equal.
     """
 
     number: int
     group: int
     deformed: str
+    flipped: float = 0.0
+    held: float = 0.0
+    hidden: float = 0.0
     source_to_deformed: Distances | None = None
     deformed_to_source: Distances | None = None
     d1_psnr: float | None = None

@@ -10,21 +10,12 @@ from scipy import sparse
 from ..core import metrics, reference_mesh
 from ..core.affinity import group_affinity
 from ..core.alignment import AnchorFrame, align
-from ..core.arap import ArapSolver
 from ..core.closest_point import SurfaceIndex
-from ..core.geometry import mean_edge_length
-from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
-from ..core.matching import MatchSettings, match_keypoints
-from ..core.patches import PATCH_RADIUS, surface_patches
 from ..core.progress import Progress, ignore
 from ..core.reference_centers import ReferenceCenters, reference_centers
-from ..core.settings import DeformationSettings, ReferenceSettings
-from ..core.surface_fit import fit_surface
+from ..core.settings import ReferenceSettings
 from ..core.types import TriangleMesh
-
-KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
-KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
 
 
 @dataclass(frozen=True)
@@ -88,47 +79,6 @@ def build_reference(
     surface = reference_mesh.supported(screened_poisson(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)
     return {"vertices": mesh.vertices, "triangles": mesh.triangles, "self_intersections": np.int64(self_intersections(mesh))}
-
-
-def deform_reference(
-    reference: TriangleMesh,
-    targets: np.ndarray,
-    mesh: TriangleMesh,
-    centers: np.ndarray,
-    group: GroupCenters,
-    settings: DeformationSettings,
-) -> dict[str, np.ndarray]:
-    """The reference mesh deformed to one frame: `vertices` (R, 3), matched key points, and which vertices were `held`.
-
-    targets : (C, 3) the frame's own reference centers.  centers : (C, 3) the same in the frame.
-    """
-    carrier = FrameMap(reference, targets, group.affinity, group.spacing)
-    start = carrier.to(centers).vertices
-    handles, goals = _matched_keypoints(reference, start, carrier.rotations_to(centers), mesh, settings)
-    solver = ArapSolver(reference, settings.smoothness)
-    posed = solver.deform(handles, goals, start, iterations=settings.arap_iterations, keep=KEEP).vertices if len(handles) else start
-    result = {"keypoints": handles, "keypoint_targets": goals}
-    if not settings.fit_rounds:
-        return {"vertices": posed, "held": np.ones(len(posed), bool), **result}
-    source = FrameMap(mesh, centers, group.affinity, group.spacing)
-    own, others = carrier.binding.owners, source.binding.owners[mesh.triangles[:, 0]]
-
-    def kin(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        # Indexing a sparse matrix by empty lists gives a matrix, not an array.
-        return np.asarray(group.affinity[own[vertices], others[triangles]]).ravel() > KIN if len(vertices) else np.zeros(0, dtype=bool)
-
-    fitted = fit_surface(solver, posed, SurfaceIndex(mesh), settings, kin)
-    return {"vertices": fitted.vertices, "held": fitted.held, **result}
-
-
-def _matched_keypoints(reference: TriangleMesh, start, rotations, mesh: TriangleMesh, settings: DeformationSettings):
-    """Vertices of the reference that have a partner among the key points of the frame, and the partners' (K, 3) positions."""
-    length = mean_edge_length(reference)
-    own, others = find_keypoints(reference, length), find_keypoints(mesh, length)
-    patches = surface_patches(reference, own, PATCH_RADIUS * length)
-    theirs = surface_patches(mesh, others, PATCH_RADIUS * length)
-    matches = match_keypoints(patches, theirs, start[own], rotations[own], MatchSettings(guided=settings.keypoint_search == "guided"))
-    return own[matches.reference], mesh.vertices[others[matches.frame]]
 
 
 def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> tuple[metrics.TwoSidedDistance, np.ndarray]:

@@ -35,7 +35,7 @@ def report(**changes):
 
 
 def test_all_keys_that_other_tools_read_are_there(tmp_path):
-    evaluated = FrameReport(6, 0, "deformed/frame_0006.ply", DISTANCES, DISTANCES, d1_psnr=70.0, d2_psnr=75.0)
+    evaluated = FrameReport(6, 0, "deformed/frame_0006.ply", 0.0, 0.1, 0.2, DISTANCES, DISTANCES, d1_psnr=70.0, d2_psnr=75.0)
     report(seconds={"tracking": 1.23456}, groups=[GROUP], frames=[evaluated], warnings=["frame 7 is missing"]).write(tmp_path)
     data = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert data["schema"] == 1
@@ -51,7 +51,14 @@ def test_all_keys_that_other_tools_read_are_there(tmp_path):
 def test_what_is_not_made_yet_is_left_out():
     data = report(groups=[GROUP], frames=[FRAME]).to_dict()
     assert "playback" not in data["groups"][0]
-    assert data["frames"][0] == {"number": 6, "group": 0, "deformed": "deformed/frame_0006.ply"}
+    assert data["frames"][0] == {
+        "number": 6,
+        "group": 0,
+        "deformed": "deformed/frame_0006.ply",
+        "flipped": 0.0,
+        "held": 0.0,
+        "hidden": 0.0,
+    }
 
 
 def test_settings_of_a_report_make_the_same_run_again(tmp_path):
@@ -61,7 +68,7 @@ def test_settings_of_a_report_make_the_same_run_again(tmp_path):
 
 
 def test_equal_surfaces_have_no_psnr_but_a_figure_that_is_not_finite_is_an_error(tmp_path):
-    equal = FrameReport(6, 0, "d.ply", DISTANCES, DISTANCES, d1_psnr=float("inf"), d2_psnr=float("inf"))
+    equal = FrameReport(6, 0, "d.ply", 0.0, 0.0, 0.0, DISTANCES, DISTANCES, d1_psnr=float("inf"), d2_psnr=float("inf"))
     report(frames=[equal]).write(tmp_path)
     assert read_report(tmp_path)["frames"][0]["d1_psnr"] is None
     wrong = FrameReport(6, 0, "d.ply", Distances(float("nan"), 0, 0, 0))

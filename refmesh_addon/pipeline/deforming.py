@@ -1,0 +1,104 @@
+"""One reference mesh deformed to the frames of its group: what the frames share is built once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.arap import ArapSolver
+from ..core.closest_point import SurfaceIndex
+from ..core.contact import behind_contact
+from ..core.correspondence import Compatible
+from ..core.folds import folded_triangles, unfolded
+from ..core.geometry import mean_edge_length
+from ..core.keypoints import find_keypoints
+from ..core.mapping import FrameMap
+from ..core.matching import MatchSettings, match_keypoints
+from ..core.patches import PATCH_RADIUS, Patches, surface_patches
+from ..core.settings import DeformationSettings
+from ..core.surface_fit import fit_surface
+from ..core.types import TriangleMesh
+from .stages import GroupCenters
+
+KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
+KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
+
+
+@dataclass(frozen=True)
+class GroupShape:
+    """What is to be deformed, and how; equal `key`, equal shape.
+
+    mesh : the reference.  centers : what its frames share.
+    """
+
+    key: str
+    mesh: TriangleMesh
+    centers: GroupCenters
+    settings: DeformationSettings
+
+
+class ReferenceDeformer:
+    """Built once from a group's reference mesh, asked for each of its frames."""
+
+    def __init__(self, shape: GroupShape):
+        self.key, self._mesh, self._group, self._settings = shape.key, shape.mesh, shape.centers, shape.settings
+        self._solver = ArapSolver(shape.mesh, shape.settings.smoothness)
+        self._length = mean_edge_length(shape.mesh)
+        self._patches = self._patches_of(shape.mesh)
+        self._akin = (shape.centers.affinity > KIN).toarray()
+
+    def to(self, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> dict[str, np.ndarray]:
+        """The reference mesh in one frame.
+
+        targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
+        Returns `vertices` (R, 3); `keypoints` (K,) and `keypoint_targets` (K, 3), the matched ones; `held` (R,), which
+        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `folded` (S,), which triangles face the wrong way.
+        """
+        carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
+        source = FrameMap(mesh, centers, self._group.affinity, self._group.spacing)
+        index, turns = SurfaceIndex(mesh), carrier.rotations_to(centers)
+        start = carrier.to(centers).vertices
+        handles, goals = self._matched(start, turns, mesh)
+        posed = self._posed(handles, goals, start)
+        owners = carrier.binding.owners
+        compatible = self._compatible(owners, source.binding.owners[mesh.triangles[:, 0]])
+        fitted = fit_surface(self._solver, posed, index, self._settings, compatible)
+        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns))
+        return {
+            "vertices": deformed.vertices,
+            "keypoints": handles,
+            "keypoint_targets": goals,
+            "held": fitted.held,
+            "hidden": behind_contact(deformed, owners, centers, self._akin, index, self._group.spacing),
+            "folded": folded_triangles(deformed, self._mesh, turns),
+        }
+
+    def _patches_of(self, mesh: TriangleMesh) -> Patches:
+        return surface_patches(mesh, find_keypoints(mesh, self._length), PATCH_RADIUS * self._length)
+
+    def _matched(self, start: np.ndarray, turns: np.ndarray, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices of the reference that have a partner among the key points of the frame, and the partners' (K, 3) positions."""
+        settings = MatchSettings(guided=self._settings.keypoint_search == "guided", fixed_point=self._settings.keypoint_fit == "fixed")
+        own, theirs = self._patches, self._patches_of(mesh)
+        matches = match_keypoints(own, theirs, start[own.vertices], turns[own.vertices], settings)
+        return own.vertices[matches.reference], theirs.positions[matches.frame]
+
+    def _posed(self, handles: np.ndarray, goals: np.ndarray, start: np.ndarray) -> np.ndarray:
+        if not len(handles):
+            return start
+        return self._solver.deform(handles, goals, start, iterations=self._settings.arap_iterations, keep=KEEP).vertices
+
+    def _compatible(self, own: np.ndarray, others: np.ndarray) -> Compatible:
+        """own : (R,) centers of the reference vertices.  others : (T,) centers of the frame's triangles."""
+        return lambda vertices, triangles: self._akin[own[vertices], others[triangles]]
+
+
+_latest: list[ReferenceDeformer] = []  # of this process: frames come group by group, and one group fits any memory
+
+
+def deform_reference(shape: GroupShape, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> dict[str, np.ndarray]:
+    """`ReferenceDeformer.to`, built anew only where the last call in this process was for another group."""
+    if not _latest or _latest[0].key != shape.key:
+        _latest[:] = [ReferenceDeformer(shape)]
+    return _latest[0].to(targets, mesh, centers)

@@ -1,0 +1,60 @@
+"""Two bodies that touch, captured as one surface: what lies in the contact is told from what can be seen."""
+
+import numpy as np
+from numpy.testing import assert_array_equal
+from scipy import sparse
+
+from refmesh_addon.core.closest_point import SurfaceIndex
+from refmesh_addon.core.contact import behind_contact, inside
+from refmesh_addon.core.mapping import bind
+from tests.core.shapes import ball, box, joined
+
+SIDE, STEP = 1.0, 0.25
+
+
+def lattice(center):
+    """Centers of one cube, STEP apart."""
+    along = np.arange(-SIDE / 2 + STEP / 2, SIDE / 2, STEP)
+    return np.stack(np.meshgrid(along, along, along), axis=-1).reshape(-1, 3) + center
+
+
+def pair(gap):
+    """Two cubes side by side along x, `gap` apart: mesh, centers, which centers are akin, and owners of the vertices."""
+    places = [np.array([sign * (SIDE + gap) / 2, 0.0, 0.0]) for sign in (-1, 1)]
+    mesh = joined(*(box((SIDE,) * 3, 3, place) for place in places))
+    centers, body = np.concatenate([lattice(place) for place in places]), np.repeat([0, 1], 64)
+    akin = body[:, None] == body
+    return mesh, centers, akin, bind(mesh, centers, sparse.csr_matrix(akin.astype(float)), STEP).owners
+
+
+def hidden(gap, source):
+    mesh, centers, akin, owners = pair(gap)
+    return mesh, behind_contact(mesh, owners, centers, akin, SurfaceIndex(source), STEP)
+
+
+def test_the_faces_that_touch_are_hidden_and_nothing_else_is():
+    mesh, found = hidden(0.0, box((2 * SIDE, SIDE, SIDE), 3))
+    x, y, z = np.abs(mesh.vertices).T
+    in_contact = x < 1e-9
+    deep = in_contact & (np.maximum(y, z) < 0.4 * SIDE)
+    assert deep.sum() > 20
+    assert found[deep].all()
+    assert not found[~in_contact].any()
+
+
+def test_bodies_apart_hide_nothing():
+    mesh, found = hidden(0.1, pair(0.1)[0])
+    assert not found.any()
+
+
+def test_one_body_hides_nothing_in_itself():
+    mesh, centers, akin, owners = pair(0.0)
+    source = SurfaceIndex(box((2 * SIDE, SIDE, SIDE), 3))
+    assert not behind_contact(mesh, owners, centers, np.ones_like(akin), source, STEP).any()
+
+
+def test_inside_is_behind_the_surface():
+    points = np.random.default_rng(0).uniform(-1.5, 1.5, (500, 3))
+    distance = np.linalg.norm(points, axis=1)
+    clear = np.abs(distance - 1.0) > 0.02
+    assert_array_equal(inside(SurfaceIndex(ball()), points)[clear], distance[clear] < 1.0)
