@@ -75,6 +75,20 @@ class RefMeshFrame(bpy.types.PropertyGroup):
     distance: FloatProperty(name="Distance", description="Mean distance to the deformed mesh, share of the diagonal", default=UNKNOWN)
 
 
+class RefMeshFinding(bpy.types.PropertyGroup):
+    """What the check of the sequence found; `name` holds the number of the frame."""
+
+    severity: StringProperty(name="Severity", description="How grave it is: error, warning or note")
+    words: StringProperty(name="Finding", description="What was found")
+
+
+def go_to_finding(state, context):
+    """The timeline goes to the frame of the finding that was clicked."""
+    frame = state.frames.get(state.findings[state.active_finding].name)
+    if frame is not None:
+        context.scene.frame_set(frame.scene_frame)
+
+
 class RefMeshGroup(bpy.types.PropertyGroup):
     """The two objects of one group of frames."""
 
@@ -98,11 +112,17 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         options=RELATIVE,
     )
     frames: CollectionProperty(type=RefMeshFrame)
+    findings: CollectionProperty(type=RefMeshFinding)
+    active_finding: IntProperty(name="Finding", description="Click a finding to go to its frame", update=go_to_finding)
+    checked: BoolProperty(name="Checked", description="Whether every frame was looked at", options={"HIDDEN"})
     shown: StringProperty(name="Shown Frame", description="Number of the frame whose mesh is in the object now", options={"HIDDEN"})
     root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that everything of this sequence hangs on")
     centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
     groups: CollectionProperty(type=RefMeshGroup)
     settings: PointerProperty(type=RefMeshSettings)
+    results: StringProperty(
+        name="Results", description="What the results were made with, as JSON: settings, frames, seconds of each step", options={"HIDDEN"}
+    )
     done: EnumProperty(
         name="Steps Done",
         description="Steps whose results are in the output folder",
@@ -122,7 +142,7 @@ def sequence_object(context) -> bpy.types.Object | None:
     return found[0] if len(found) == 1 else None
 
 
-CLASSES = (RefMeshSettings, RefMeshFrame, RefMeshGroup, RefMeshSequence)
+CLASSES = (RefMeshSettings, RefMeshFrame, RefMeshFinding, RefMeshGroup, RefMeshSequence)
 
 
 def register():

@@ -6,23 +6,35 @@ import bpy
 import numpy as np
 
 from ..core.types import TriangleMesh
+from ..io.preview import PreviewMesh
 
 COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colours; Cycles does not find one called "color"
 
 
-def fill_mesh(target: bpy.types.Mesh, mesh: TriangleMesh) -> None:
+def fill_mesh(target: bpy.types.Mesh, mesh: TriangleMesh | PreviewMesh) -> None:
     """Replaces the geometry of `target` by that of `mesh`; materials stay.
 
     Vertices and triangles keep their order; Blender stores positions as float32 and shades the surface smooth.
     """
     target.clear_geometry()
     _add_vertices(target, mesh.vertices)
+    known = isinstance(mesh, PreviewMesh) and len(mesh.edges) > 0
+    if known:
+        target.edges.add(len(mesh.edges))
+        _set(target, ".edge_verts", mesh.edges)
     corners = len(mesh.triangles) * 3
     target.loops.add(corners)
-    target.loops.foreach_set("vertex_index", mesh.triangles.ravel())
+    _set(target, ".corner_vert", mesh.triangles)
+    if known:
+        _set(target, ".corner_edge", mesh.triangle_edges)
     target.polygons.add(len(mesh.triangles))
     target.polygons.foreach_set("loop_start", np.arange(0, corners, 3, dtype=np.int32))
-    target.update(calc_edges=True)
+    target.update(calc_edges=not known)
+
+
+def _set(target: bpy.types.Mesh, attribute: str, indices: np.ndarray) -> None:
+    # Some ten times faster than through the items of mesh.edges and mesh.loops.
+    target.attributes[attribute].data.foreach_set("value", np.ascontiguousarray(indices, dtype=np.int32).ravel())
 
 
 def fill_points(target: bpy.types.Mesh, positions: np.ndarray) -> None:

@@ -7,15 +7,24 @@ import math
 import bpy
 
 # Input coordinates stay as they are; only the root turns them so that "up" is Blender's Z.
-ROOT_ROTATION = {"Y": (math.pi / 2, 0.0, 0.0), "Z": (0.0, 0.0, 0.0)}
+QUARTER = math.pi / 2
+ROOT_ROTATION = {
+    "Y": (QUARTER, 0.0, 0.0),
+    "Z": (0.0, 0.0, 0.0),
+    "X": (0.0, -QUARTER, 0.0),
+    "-Y": (-QUARTER, 0.0, 0.0),
+    "-Z": (2 * QUARTER, 0.0, 0.0),
+    "-X": (0.0, QUARTER, 0.0),
+}
 
 
-def new_root(scene: bpy.types.Scene, name: str, up_axis: str) -> bpy.types.Object:
-    """A collection called `name` in the scene and the root Empty in it."""
+def new_root(scene: bpy.types.Scene, name: str, up_axis: str, unit: float) -> bpy.types.Object:
+    """A collection called `name` in the scene and the root Empty in it. unit : scene units in one unit of the files."""
     collection = bpy.data.collections.new(name)
     scene.collection.children.link(collection)
     root = bpy.data.objects.new(name, None)
     root.rotation_euler = ROOT_ROTATION[up_axis]
+    root.scale = (unit, unit, unit)
     collection.objects.link(root)
     return root
 

@@ -38,7 +38,7 @@ def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, tar
     with studio() as scene:
         words = [f"source, frame {frame.name}", f"reference of group {group['index']}"]
         actors = [
-            _actor(scene, read_frame(bpy.path.abspath(frame.path)), plain_material("RefMesh Source", SOURCE_COLOR)),
+            _actor(scene, read_frame(bpy.path.abspath(frame.path), results), plain_material("RefMesh Source", SOURCE_COLOR)),
             _actor(scene, read_mesh(results / group["reference"]), plain_material("RefMesh Reference", REFERENCE_COLOR)),
         ]
         if deformed:

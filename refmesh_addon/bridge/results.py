@@ -13,11 +13,13 @@ from ..core.check import RefMeshError
 from ..core.settings import Settings, flat_fields
 from ..core.types import TriangleMesh
 from ..io.files import read_npz
+from ..io.frame_range import parse_ranges, ranges_among
 from ..io.meshes import read_mesh
 from ..io.report import read_report
 from .centers import show_centers
 from .groups import remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
 from .playback import check_cache
+from .status import used_settings
 
 STAGES = tuple(stage.name for stage in fields(Settings))
 SIDE_STEP = 1.25  # distance of source, reference and result, in widths of the whole motion: they never overlap
@@ -98,5 +100,17 @@ def _note_state(owner: bpy.types.Object, report: dict) -> None:
             frame.property_unset("distance")
     reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured)]
     known = {setting.name for setting in flat_fields()}
-    state.settings.assign({name: value for name, value in report["settings"].items() if name in known})
+    settings = {name: value for name, value in report["settings"].items() if name in known}
+    state.frame_selection = _selection(state, report["sequence"]["numbers"])
+    state.results = used_settings(state, report["seconds"], settings)
+    state.settings.assign(settings)
     state.done = {stage for stage, there in zip(STAGES, reached, strict=True) if there}
+
+
+def _selection(state, numbers: list[int]) -> str:
+    """The choice of frames that gives these numbers; the one that stands there already where it does."""
+    everything = [int(frame.name) for frame in state.frames]
+    chosen = parse_ranges(state.frame_selection)
+    if numbers == [number for number in everything if not chosen or any(number in item for item in chosen)]:
+        return state.frame_selection
+    return ",".join(f"{first}-{last}" if last > first else str(first) for first, last in ranges_among(numbers, everything))

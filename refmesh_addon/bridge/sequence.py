@@ -8,62 +8,49 @@ from __future__ import annotations
 
 import logging
 from bisect import bisect_right
-from collections import OrderedDict
 from pathlib import Path
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..core.check import RefMeshError
-from ..core.types import TriangleMesh
+from ..io.frame_store import FrameStore
+from ..io.preview import PreviewMesh
 from ..io.sequence import Sequence, timeline_frame
 from .materials import SOURCE_COLOR, plain_material
 from .meshes import fill_mesh
 from .objects import new_member, new_root
 
 logger = logging.getLogger(__name__)
-MEMORY_BUDGET = 512 * 2**20  # bytes of loaded frames; about 100 frames of 100k vertices
-
-
-class FrameStore:
-    """Meshes read lately, least recently used out first."""
-
-    def __init__(self, budget: int):
-        self._budget = budget
-        self._meshes: OrderedDict[tuple[str, int], TriangleMesh] = OrderedDict()
-
-    def read(self, path: str) -> TriangleMesh:
-        """The mesh of a file, from memory if the file has not changed. Raises RefMeshError when it cannot be read."""
-        from ..io.meshes import read_mesh
-
-        key = (path, Path(path).stat().st_mtime_ns if Path(path).is_file() else 0)
-        if key not in self._meshes:
-            self._meshes[key] = read_mesh(path)
-        self._meshes.move_to_end(key)
-        while self._bytes() > self._budget and len(self._meshes) > 1:
-            self._meshes.popitem(last=False)
-        return self._meshes[key]
-
-    def clear(self) -> None:
-        """Forgets all meshes."""
-        self._meshes.clear()
-
-    def _bytes(self) -> int:
-        return sum(mesh.vertices.nbytes + mesh.triangles.nbytes for mesh in self._meshes.values())
+MEGABYTE = 2**20
+MEMORY_BUDGET = 512 * MEGABYTE  # until the preferences say otherwise; about 80 frames of 100k vertices
 
 
 _store = FrameStore(MEMORY_BUDGET)
 _warned: set[str] = set()
 
 
-def read_frame(path: str | Path) -> TriangleMesh:
-    """The mesh of a frame, from memory where it was read lately. Raises RefMeshError when it cannot be read."""
-    return _store.read(str(path))
+def set_memory_budget(megabytes: int) -> None:
+    """How much memory the frames that were shown lately may take."""
+    _store.set_budget(megabytes * MEGABYTE)
 
 
-def new_sequence(scene: bpy.types.Scene, sequence: Sequence, first: TriangleMesh, name: str, up_axis: str) -> bpy.types.Object:
-    """Collection, root and mesh-sequence object called `name`, showing `first`, the mesh of the first frame."""
-    root = new_root(scene, name, up_axis)
+def read_frame(path: str | Path, output: str | Path) -> PreviewMesh:
+    """The mesh of a frame, from memory or from the cache in the output folder where it has been read before.
+
+    Raises RefMeshError when it cannot be read.
+    """
+    return _store.read(Path(path), Path(output))
+
+
+def new_sequence(
+    scene: bpy.types.Scene, sequence: Sequence, first: PreviewMesh, name: str, up_axis: str = "Z", unit: float = 1.0
+) -> bpy.types.Object:
+    """Collection, root and mesh-sequence object called `name`, showing `first`, the mesh of the first frame.
+
+    The root alone carries axis and unit: data and results stay in the coordinates of the files.
+    """
+    root = new_root(scene, name, up_axis, unit)
     owner = new_member(root, f"{name} source", plain_material("RefMesh Source", SOURCE_COLOR))
     root.refmesh.sequence, owner.refmesh.root = owner, root
     for frame in sequence.frames:
@@ -89,7 +76,7 @@ def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
     """
     frame = frame_at(owner, scene_frame)
     if frame.name != owner.refmesh.shown:
-        fill_mesh(owner.data, read_frame(bpy.path.abspath(frame.path)))
+        fill_mesh(owner.data, read_frame(bpy.path.abspath(frame.path), bpy.path.abspath(owner.refmesh.output)))
         owner.refmesh.shown = frame.name
 
 

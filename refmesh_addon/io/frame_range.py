@@ -54,3 +54,16 @@ def in_words(numbers: Iterable[int]) -> str:
     if len(words) > RANGES_SHOWN:
         words[RANGES_SHOWN - 1 : -1] = ["..."]
     return ", ".join(words)
+
+
+def ranges_among(chosen: Iterable[int], everything: Iterable[int]) -> list[tuple[int, int]]:
+    """First and last of each run of chosen numbers that follow each other in `everything`, whatever its steps."""
+    wanted, runs, before = set(chosen), [], False
+    for number in sorted(everything):
+        inside = number in wanted
+        if inside and before:
+            runs[-1] = (runs[-1][0], number)
+        elif inside:
+            runs.append((number, number))
+        before = inside
+    return runs

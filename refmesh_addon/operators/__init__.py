@@ -2,9 +2,10 @@
 
 import bpy
 
-from . import export, installation, picture, scene, sequence, settings, steps
+from . import check, export, installation, modal, object_sequence, picture, scene, sequence, settings, steps, timeline
 
-CLASSES = (*sequence.CLASSES, *settings.CLASSES, *steps.CLASSES, *export.CLASSES, *picture.CLASSES, *scene.CLASSES, *installation.CLASSES)
+PARTS = (sequence, object_sequence, check, modal, settings, steps, timeline, export, picture, scene, installation)
+CLASSES = tuple(cls for part in PARTS for cls in part.CLASSES)
 
 
 def register():

@@ -1,21 +1,20 @@
 """Jobs: the pipeline in a process of its own, with a window that stays alive or a bar on stderr."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, StringProperty
+from bpy.props import BoolProperty, StringProperty
 
 from ..core.check import RefMeshError
 from ..properties import setting_properties
-from .common import SequenceOperator, absolute, reporting, running_job, sequence_object
+from .common import SequenceOperator, absolute, reporting, sequence_object
+from .modal import POLL_INTERVAL, ModalOperator
 from .progress import Clock, progress_bar
 from .settings import chosen_settings, preset_property
 
-POLL_INTERVAL = 0.1  # seconds between two looks at the worker
 # Arguments hold for one call: without this, Blender would repeat the last ones when the button is pressed again.
 ONCE = {"options": {"SKIP_SAVE"}}
-INNER = {"options": {"HIDDEN", "SKIP_SAVE"}}
 
 
-class JobOperator(SequenceOperator):
+class JobOperator(ModalOperator, SequenceOperator):
     """Runs the pipeline up to the stage `until`, then shows what it wrote.
 
     In a window it is modal and Esc cancels; in background mode it returns when the job is done.
@@ -32,9 +31,6 @@ class JobOperator(SequenceOperator):
         "resume": BoolProperty(name="Resume", description="Take up what an earlier run left in the output folder", default=True, **ONCE),
         "quiet": BoolProperty(name="Quiet", description="No progress bar on stderr in background mode", **ONCE),
         **setting_properties(**ONCE),
-        "share": FloatProperty(name="Done", description="Part of the job that is done", **INNER),
-        "status": StringProperty(name="Status", description="What the job is doing", **INNER),
-        "cancel_wanted": BoolProperty(name="Cancel", description="Stop the job at its next step", **INNER),
     }
 
     @reporting
@@ -46,7 +42,7 @@ class JobOperator(SequenceOperator):
         self._owner = owner.session_uid  # an undo while the job runs makes new Python objects of everything
         self._worker = WorkerProcess(spec)
         self._remember(owner.refmesh, spec)
-        return self._wait() if bpy.app.background else self._start_modal(context)
+        return self._wait() if bpy.app.background else self._start(context)
 
     def modal(self, context, event):
         if event.type == "ESC" or self.cancel_wanted:
@@ -55,16 +51,16 @@ class JobOperator(SequenceOperator):
             return {"RUNNING_MODAL"} if event.type == "ESC" else {"PASS_THROUGH"}
         for news in self._worker.poll():
             if news.is_final:
-                self._end_modal(context)
+                self.end_modal(context)
                 return self._finish(news)
             self._note(news)
-            self._show_status(context, self._clock.describe(news))
+            self.show_status(context, self._clock.describe(news))
         return {"PASS_THROUGH"}
 
     def cancel(self, context):
         """Blender ends the operator: another file is loaded, or the program closes."""
         self._worker.cancel()
-        self._end_modal(context)
+        self.end_modal(context)
 
     def _spec(self, state):
         from ..io.sequence import find_sequence
@@ -97,25 +93,9 @@ class JobOperator(SequenceOperator):
                 self._worker.cancel()  # an interrupted script leaves no worker; one that has ended does not mind
         return self._finish(event)
 
-    def _start_modal(self, context):
+    def _start(self, context):
         self._clock = Clock()
-        self._timer = context.window_manager.event_timer_add(POLL_INTERVAL, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        self._show_status(context, "starting")
-        return {"RUNNING_MODAL"}
-
-    def _end_modal(self, context):
-        context.window_manager.event_timer_remove(self._timer)
-        self._show_status(context, None)
-
-    def _show_status(self, context, words):
-        """In the status bar and, through `status`, in the panel; None gives the status bar back to Blender."""
-        self.status = words or ""
-        for window in context.window_manager.windows:
-            window.workspace.status_text_set(words and f"RefMesh: {words} (Esc cancels)")
-            for region in (region for area in window.screen.areas if area.type == "VIEW_3D" for region in area.regions):
-                if region.type == "UI":
-                    region.tag_redraw()
+        return self.start_modal(context, POLL_INTERVAL)
 
     def _note(self, event):
         if event.kind == "warning":
@@ -124,8 +104,6 @@ class JobOperator(SequenceOperator):
 
     @reporting
     def _finish(self, event):
-        from ..bridge.results import show_results
-
         if event.kind == "failed":
             raise RefMeshError(event.message)
         if event.kind == "cancelled":
@@ -134,23 +112,11 @@ class JobOperator(SequenceOperator):
         owner = next((candidate for candidate in bpy.data.objects if candidate.session_uid == self._owner), None)
         if owner is None:
             raise RefMeshError("the mesh sequence is gone from the scene; its results are in the output folder")
+        self.show(owner)
+        return {"FINISHED"}
+
+    def show(self, owner):
+        """What the job wrote, in the scene."""
+        from ..bridge.results import show_results
+
         show_results(owner, absolute(owner.refmesh.output))
-        return {"FINISHED"}
-
-
-class REFMESH_OT_cancel(bpy.types.Operator):
-    """Stop the running job; what is finished is kept"""
-
-    bl_idname = "refmesh.cancel"
-    bl_label = "Cancel"
-
-    @classmethod
-    def poll(cls, context):
-        if running_job(context) is None:
-            cls.poll_message_set("no RefMesh job is running")
-            return False
-        return True
-
-    def execute(self, context):
-        running_job(context).properties.cancel_wanted = True
-        return {"FINISHED"}

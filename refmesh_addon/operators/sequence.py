@@ -13,6 +13,23 @@ from ..io.frame_range import in_words
 from ..io.sequence import EXTENSIONS, Sequence, find_sequence
 from .common import SceneOperator, absolute, reporting
 
+AXES = {
+    "Y": "As most captures and glTF have it",
+    "Z": "As Blender has it",
+    "X": "The X axis points up",
+    "-Y": "Y points down, as depth cameras have it",
+    "-Z": "Z points down",
+    "-X": "The X axis points down",
+}
+# Name, what it means, metres in one unit.
+UNITS = {
+    "M": ("Meters", "One unit of the files is one unit of the scene", 1.0),
+    "CM": ("Centimeters", "The files count in centimeters", 0.01),
+    "MM": ("Millimeters", "The files count in millimeters", 0.001),
+    "IN": ("Inches", "The files count in inches", 0.0254),
+    "FT": ("Feet", "The files count in feet", 0.3048),
+}
+
 
 class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator):
     """Import a sequence of meshes, one file for each frame: pick any of them, the rest is found"""
@@ -34,42 +51,64 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     up_axis: EnumProperty(
         name="Up Axis",
         description="Axis of the files that points up; data and results stay in the coordinates of the files",
-        items=[("Y", "Y Up", "As most captures have it"), ("Z", "Z Up", "As Blender has it")],
+        items=[(axis, f"{axis} Up", words) for axis, words in AXES.items()],
     )
-    set_timeline: BoolProperty(name="Set Timeline", description="Set the frame range of the scene to that of the sequence", default=True)
+    unit: EnumProperty(
+        name="Unit",
+        description="Length that the files count in; data and results stay in the coordinates of the files",
+        items=[(unit, label, words) for unit, (label, words, _) in UNITS.items()],
+    )
+    set_timeline: BoolProperty(
+        name="Set Timeline",
+        description="Set the frame range of the scene to that of the sequence; the Sequence panel can do it later too",
+        default=True,
+    )
     fps: FloatProperty(
         name="Frame Rate", description="Frames per second for the scene; 0 leaves the scene's own", default=0.0, min=0.0, max=1000.0
+    )
+    check: BoolProperty(
+        name="Check Frames",
+        description="Look at every frame in the background: find what is wrong with it, and prepare it for smooth playback",
+        default=True,
+        options={"HIDDEN"},
     )
     empty_scene: BoolProperty(
         name="Empty Scene", description="Remove everything from the file first; meant for scripts", options={"HIDDEN", "SKIP_SAVE"}
     )
+
+    def invoke(self, context, event):
+        self.set_timeline = not bpy.data.actions  # offered; a scene that is animated already keeps its timeline
+        self.interactive = True
+        return super().invoke(context, event)
 
     @reporting
     def execute(self, context):
         from ..bridge import scene, sequence
 
         found = find_sequence(self._source(), self.frames)
-        first = sequence.read_frame(found.frames[0].path)  # before the scene is touched: it may fail
+        output = found.frames[0].path.parent / f"refmesh_{found.name}"
+        first = sequence.read_frame(found.frames[0].path, output)  # before the scene is touched: it may fail
         if self.empty_scene:
             scene.empty_scene()
-        owner = sequence.new_sequence(context.scene, found, first, self.name or found.name, self.up_axis)
+        owner = sequence.new_sequence(context.scene, found, first, self.name or found.name, self.up_axis, UNITS[self.unit][-1])
         state = owner.refmesh
-        state.source, state.frame_selection = str(self._source()), self.frames
-        state.output = str(found.frames[0].path.parent / f"refmesh_{found.name}")
+        state.source, state.frame_selection, state.output = str(self._source()), self.frames, str(output)
         if self.set_timeline:
             scene.set_timeline(context.scene, state.frames[0].scene_frame, state.frames[-1].scene_frame, self.fps)
         context.view_layer.objects.active = owner
         self.report({"INFO"}, describe(found))
+        if self.check and getattr(self, "interactive", False):
+            bpy.ops.refmesh.check_sequence("INVOKE_DEFAULT")
         return {"FINISHED"}
 
     def draw(self, context):
         layout = self.layout
-        layout.use_property_split = True
-        for name in ("frames", "name", "up_axis", "set_timeline", "fps"):
-            layout.prop(self, name)
+        layout.use_property_split, layout.use_property_decorate = True, False
         box = layout.box()
-        for line in _preview(str(self._source()), self.frames):
-            box.label(text=line)
+        for line, icon in zip(preview(str(self._source()), self.frames), PREVIEW_ICONS):
+            box.label(text=line, icon=icon)
+        for name in ("frames", "name", "up_axis", "unit", "set_timeline", "fps", "check"):
+            layout.prop(self, name)
 
     def _source(self) -> Path:
         """What was picked: in the file browser a file of `directory`, from a script `filepath` alone."""
@@ -84,16 +123,24 @@ def describe(found: Sequence) -> str:
     return f"{found.name}: {len(found.frames)} frames, {in_words(found.numbers)}{gaps}"
 
 
+PREVIEW_ICONS = ("SEQUENCE", "PREVIEW_RANGE", "BLANK1", "FILE_BLANK")
+
+
 @lru_cache(maxsize=8)
-def _preview(source: str, frames: str) -> tuple[str, ...]:
-    """What would be imported, for the file browser, which draws often."""
+def preview(source: str, frames: str) -> tuple[str, ...]:
+    """What would be imported, for the file browser, which draws often: name, frames, gaps, size."""
     try:
         found = find_sequence(source, frames)
-    except RefMeshError as error:
+        size = sum(frame.path.stat().st_size for frame in found.frames)
+    except (RefMeshError, OSError) as error:
         return (str(error),)
-    size = sum(frame.path.stat().st_size for frame in found.frames)
     gaps = f"missing: {in_words(found.gaps)}" if found.gaps else "no gaps"
-    return (found.name, f"{len(found.frames)} frames: {in_words(found.numbers)}", gaps, f"{size / 1e6:.1f} MB")
+    return (found.name, f"{len(found.frames)} frames: {in_words(found.numbers)}", gaps, in_bytes(size))
+
+
+def in_bytes(size: int) -> str:
+    """1234567 as "1.2 MB"."""
+    return f"{size / 1e9:.2f} GB" if size >= 1e9 else f"{size / 1e6:.1f} MB"
 
 
 CLASSES = (REFMESH_OT_import_sequence,)

@@ -5,7 +5,7 @@ from bpy.props import StringProperty
 
 from ..properties import sequence_object
 from .common import SequenceOperator, absolute, reporting
-from .job import JobOperator, REFMESH_OT_cancel
+from .job import JobOperator
 
 
 class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
@@ -77,5 +77,4 @@ CLASSES = (
     REFMESH_OT_deform,
     REFMESH_OT_evaluate,
     REFMESH_OT_load_results,
-    REFMESH_OT_cancel,
 )

@@ -9,6 +9,7 @@ from ..core.check import RefMeshError
 from ..core.settings import Settings
 
 CACHE_FOLDER = "cache"  # in the output folder: ours, nobody else's
+CHECK = "sequence"  # looks at the frames only; no other stage needs it
 STAGES = ("tracking", "reference", "deformation", "evaluation")
 
 
@@ -17,7 +18,7 @@ class JobSpec:
     """One run of the pipeline.
 
     source : folder, file or pattern, as `find_sequence` takes it.  output : folder.  frames : "6-10,14" or "" for all.
-    until : the last of STAGES that is wanted.  resume : take up what an earlier run left in the output folder's cache.
+    until : the last of STAGES that is wanted, or CHECK.  resume : take up what an earlier run left in the output folder's cache.
     """
 
     source: str
@@ -28,13 +29,13 @@ class JobSpec:
     resume: bool = True
 
     def __post_init__(self):
-        if self.until not in STAGES:
-            raise RefMeshError(f"'{self.until}' is not a stage: choose one of {', '.join(STAGES)}")
+        if self.until not in (CHECK, *STAGES):
+            raise RefMeshError(f"'{self.until}' is not a stage: choose one of {', '.join((CHECK, *STAGES))}")
 
     @property
     def stages(self) -> tuple[str, ...]:
         """The stages wanted, in order."""
-        return STAGES[: STAGES.index(self.until) + 1]
+        return (CHECK,) if self.until == CHECK else STAGES[: STAGES.index(self.until) + 1]
 
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""

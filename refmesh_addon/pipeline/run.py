@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 from .context import Context, Notify
 from .deform import deform
+from .diagnosis import check_sequence
 from .evaluate import evaluate
 from .global_rounds import optimize_globally
-from .job import JobSpec
+from .job import CHECK, JobSpec
 from .parallel import Workers
 from .refer import refer
 from .track import track_sequence
@@ -24,6 +25,9 @@ def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: i
     Raises RefMeshError, in words, when the job cannot be done, and what `notify` raises.
     """
     with Workers(processes) as workers:
+        if spec.until == CHECK:
+            check_sequence(spec, notify, workers)
+            return
         context = Context.open(spec, notify, warn, workers)
         with context.timed("tracking"):
             tracked = _tracked(context)

@@ -23,7 +23,7 @@ from .lock import output_lock
 
 LOG_NAME = "worker.log"
 # Of the time of a whole run, roughly; only the progress bar depends on it.
-STAGE_WEIGHTS = {"tracking": 0.4, "reference": 0.25, "deformation": 0.25, "evaluation": 0.1}
+STAGE_WEIGHTS = {"sequence": 1.0, "tracking": 0.4, "reference": 0.25, "deformation": 0.25, "evaluation": 0.1}
 EVENT_INTERVAL = 0.05  # seconds between two progress events; more of them nobody can see
 ORPHAN_GRACE = 10.0  # seconds a job that nobody wants any more may take to reach its next progress step
 # One thread for each process: sums then do not depend on how many cores the machine has.

@@ -1,22 +1,18 @@
-"""The RefMesh tab of the sidebar: the steps in order, each with its settings and its state."""
+"""The RefMesh tab of the sidebar: what runs everything, then the steps in order, each with its settings and its state."""
 
 from dataclasses import fields
 
 import bpy
 
+from ..bridge.status import first_to_run, step_status
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
+from .layout import RefMeshPanel, draw_wrapped, seconds_in_words
 from .preferences import draw_missing
+from .sequence_panel import CLASSES as SEQUENCE_CLASSES
 
 WORST_SHOWN = 5  # frames listed with the largest distance
-
-
-class RefMeshPanel:
-    """Place shared by all panels of the tab."""
-
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "RefMesh"
+STATUS_ICONS = {"never": "BLANK1", "current": "CHECKMARK", "stale": "FILE_REFRESH"}
 
 
 class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
@@ -29,25 +25,31 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
         if owner is None:
             layout.label(text="No mesh sequence selected")
             layout.operator("refmesh.import_sequence", text="Import Sequence", icon="IMPORT")
+            layout.operator("refmesh.import_object", icon="OUTLINER_OB_MESH")
             return
         current = owner.refmesh.settings.matching_preset()
         row = layout.row(align=True)
         for name in PRESETS:
             row.operator("refmesh.apply_preset", text=title(name), depress=name == current).preset = name
         layout.operator("refmesh.run_all", icon="PLAY")
-        _draw_job(layout, context)
+        if not _draw_job(layout, context):
+            first = first_to_run(owner.refmesh, "evaluation")
+            layout.label(text=f"Begins with {first}" if first else "Everything is up to date", icon="BLANK1" if first else "CHECKMARK")
 
 
-def _draw_job(layout, context):
+def _draw_job(layout, context) -> bool:
+    """The progress of the job that runs, if one does."""
     running = (operator for window in context.window_manager.windows for operator in window.modal_operators)
     for operator in running:
         if operator.bl_idname.startswith("REFMESH_OT_"):
             layout.progress(factor=operator.properties.share, text=operator.properties.status)
             layout.operator("refmesh.cancel", icon="CANCEL")
+            return True
+    return False
 
 
 class StepPanel(RefMeshPanel):
-    """A step: its settings, its button and whether its results are there."""
+    """A step: what it uses, its settings, its button, and whether its results are those of the settings."""
 
     stage = ""
     operators = ()
@@ -57,17 +59,29 @@ class StepPanel(RefMeshPanel):
         return sequence_object(context) is not None
 
     def draw_header(self, context):
-        done = self.stage in sequence_object(context).refmesh.done
-        self.layout.label(icon="CHECKMARK" if done else "BLANK1")
+        self.layout.label(icon=STATUS_ICONS[step_status(sequence_object(context).refmesh, self.stage).kind])
+
+    def draw_header_preset(self, context):
+        seconds = step_status(sequence_object(context).refmesh, self.stage).seconds
+        if seconds:
+            self.layout.label(text=seconds_in_words(seconds))
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
         state = sequence_object(context).refmesh
+        layout.label(text=f"Uses {self.uses(state)}", icon="IMPORT")
         for name in self.shown_settings():
             layout.prop(state.settings, name)
         for operator in self.operators:
             layout.operator(operator)
+        status = step_status(state, self.stage)
+        draw_wrapped(layout, context, status.words[0].upper() + status.words[1:], icon=STATUS_ICONS[status.kind])
+
+    @staticmethod
+    def uses(state) -> str:
+        """What the step works on."""
+        raise NotImplementedError
 
     @classmethod
     def shown_settings(cls):
@@ -75,28 +89,14 @@ class StepPanel(RefMeshPanel):
         return [setting.name for setting in fields(getattr(Settings, cls.stage))]
 
 
-class REFMESH_PT_sequence(StepPanel, bpy.types.Panel):
-    bl_label = "Sequence"
-
-    def draw_header(self, context):
-        self.layout.label(icon="CHECKMARK")
-
-    def draw(self, context):
-        layout = self.layout
-        layout.use_property_split, layout.use_property_decorate = True, False
-        owner = sequence_object(context)
-        state = owner.refmesh
-        first, last = state.frames[0].name, state.frames[-1].name
-        layout.label(text=f"{state.root.name if state.root else owner.name}: {len(state.frames)} frames, {first} to {last}")
-        layout.prop(state, "frame_selection")
-        layout.prop(state, "output")
-        layout.operator("refmesh.load_results")
-
-
 class REFMESH_PT_track(StepPanel, bpy.types.Panel):
     bl_label = "Track"
     stage = "tracking"
     operators = ("refmesh.track",)
+
+    @staticmethod
+    def uses(state):
+        return f"frames {state.frame_selection}" if state.frame_selection else f"all {len(state.frames)} frames"
 
 
 class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
@@ -104,11 +104,21 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
     stage = "reference"
     operators = ("refmesh.extract_reference",)
 
+    @staticmethod
+    def uses(state):
+        first = first_to_run(state, "tracking")
+        return "the centers of Track, which runs first" if first else f"{state.settings.centers} tracked centers"
+
 
 class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
     bl_label = "Deform"
     stage = "deformation"
     operators = ("refmesh.deform", "refmesh.evaluate")
+
+    @staticmethod
+    def uses(state):
+        first = first_to_run(state, "reference")
+        return f"the meshes of Reference; {first} runs first" if first else f"{len(state.groups)} reference meshes"
 
     @classmethod
     def shown_settings(cls):
@@ -119,23 +129,28 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
         measured = [frame for frame in sequence_object(context).refmesh.frames if frame.is_property_set("distance")]
         if measured:
             self.layout.label(text="Worst frames, mean distance in % of the diagonal")
+        column = self.layout.column(align=True)
         for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
-            self.layout.label(text=f"{frame.name}:  {100 * frame.distance:.3f} %")
+            column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
 
 
-class REFMESH_PT_export(StepPanel, bpy.types.Panel):
+class REFMESH_PT_export(RefMeshPanel, bpy.types.Panel):
     bl_label = "Export"
 
-    def draw_header(self, context):
-        pass
+    @classmethod
+    def poll(cls, context):
+        return sequence_object(context) is not None
 
     def draw(self, context):
         layout = self.layout
+        state = sequence_object(context).refmesh
+        first = first_to_run(state, "deformation")
+        layout.label(text=f"Run {first} first" if first else f"Uses {len(state.groups)} deformed meshes", icon="IMPORT")
         layout.operator_menu_enum("refmesh.export", "format")
         layout.operator("refmesh.render_preview")
 
 
-CLASSES = (REFMESH_PT_run, REFMESH_PT_sequence, REFMESH_PT_track, REFMESH_PT_reference, REFMESH_PT_deform, REFMESH_PT_export)
+CLASSES = (REFMESH_PT_run, *SEQUENCE_CLASSES, REFMESH_PT_track, REFMESH_PT_reference, REFMESH_PT_deform, REFMESH_PT_export)
 
 
 def register():

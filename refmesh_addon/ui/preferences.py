@@ -1,7 +1,9 @@
 """What the add-on shows of itself in Blender's preferences."""
 
 import bpy
+from bpy.props import IntProperty
 
+from ..bridge.sequence import set_memory_budget
 from ..pipeline.packages import missing_packages
 
 ADDON = __package__.rpartition(".refmesh_addon")[0] or "refmesh_addon"  # the extension's own name, or that of the checkout's package
@@ -12,9 +14,25 @@ class REFMESH_AddonPreferences(bpy.types.AddonPreferences):
 
     bl_idname = ADDON
 
+    memory_budget: IntProperty(
+        name="Memory Budget",
+        description="Megabytes for frames that were shown lately; more of them play without being read again, fewer leave more to the job",
+        default=512,
+        min=16,
+        max=1_000_000,
+        update=lambda self, context: set_memory_budget(self.memory_budget),
+    )
+
     def draw(self, context):
+        self.layout.prop(self, "memory_budget")
         draw_missing(self.layout)
         self.layout.operator("refmesh.check_installation")
+
+
+def preferences(context) -> bpy.types.AddonPreferences | None:
+    """The preferences of the add-on; None where a script registered it without enabling it."""
+    addon = context.preferences.addons.get(ADDON)
+    return addon and addon.preferences
 
 
 def draw_missing(layout):
@@ -27,6 +45,9 @@ def draw_missing(layout):
 
 def register():
     bpy.utils.register_class(REFMESH_AddonPreferences)
+    saved = preferences(bpy.context)
+    if saved:
+        set_memory_budget(saved.memory_budget)
 
 
 def unregister():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 
 import bpy
 import numpy as np
@@ -11,8 +10,8 @@ import pytest
 from mathutils import Vector
 
 from refmesh_addon.bridge.meshes import read_positions, read_triangles
-from refmesh_addon.bridge.sequence import FrameStore
 from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.operators.sequence import in_bytes, preview
 
 from .conftest import NUMBERS
 
@@ -110,19 +109,40 @@ def test_a_frame_that_is_gone_holds_the_last_one_and_warns_once(ball, frames, ca
     assert len([record for record in caplog.records if "ball_0010.obj" in record.getMessage()]) == 1
 
 
-def test_store_keeps_what_was_used_last_within_its_budget(frames):
-    meshes = [read_mesh(frames / f"ball_{number:04d}.obj") for number in (7, 8)]
-    store = FrameStore(sum(mesh.vertices.nbytes + mesh.triangles.nbytes for mesh in meshes))
-    paths = [str(frames / f"ball_{number:04d}.obj") for number in (7, 8, 7, 10)]
-    seven, eight, again, _ = [store.read(path) for path in paths]
-    assert again is seven
-    assert store.read(paths[0]) is seven and store.read(paths[1]) is not eight
+@pytest.mark.parametrize("axis, up", [("X", (1, 0, 0)), ("-X", (-1, 0, 0)), ("-Y", (0, -1, 0)), ("-Z", (0, 0, -1))])
+@pytest.mark.parametrize("unit, meters", [("MM", 0.001), ("FT", 0.3048)])
+def test_axis_and_unit_are_turned_once_by_the_root(blender, frames, axis, up, unit, meters):
+    blender.ops.refmesh.import_sequence(filepath=str(frames), up_axis=axis, unit=unit)
+    owner = blender.context.active_object
+    blender.context.view_layer.update()
+    np.testing.assert_allclose(owner.matrix_world.to_3x3() @ Vector(up), (0, 0, meters), atol=1e-7)
+    assert owner.matrix_world.to_3x3().determinant() > 0
+    np.testing.assert_array_equal(read_positions(owner.data), read_mesh(frames / "ball_0006.obj").vertices.astype(np.float32))
 
 
-def test_store_notices_that_a_file_was_written_again(frames):
-    store = FrameStore(2**30)
-    path = frames / "ball_0006.obj"
-    before = store.read(str(path))
-    path.write_bytes((frames / "ball_0007.obj").read_bytes())
-    os.utime(path, ns=(0, 0))
-    assert len(store.read(str(path)).vertices) != len(before.vertices)
+def test_timeline_can_be_set_later(blender, ball):
+    scene = blender.context.scene
+    scene.frame_start, scene.frame_end = 1, 250
+    blender.ops.refmesh.set_timeline(fps=60)
+    assert (scene.frame_start, scene.frame_end, scene.frame_current, scene.render.fps) == (6, 11, 6, 60)
+
+
+def test_what_would_be_imported_is_shown_first(frames):
+    size = sum(path.stat().st_size for path in frames.iterdir())
+    assert preview(str(frames / "ball_0010.obj"), "") == ("ball", "5 frames: 6-8, 10-11", "missing: 9", in_bytes(size))
+    assert preview(str(frames), "6-7")[1:3] == ("2 frames: 6-7", "no gaps")
+    assert "no such file" in preview(str(frames / "nothing"), "")[0]
+    assert [in_bytes(size) for size in (1_234_567, 1_640_000_000)] == ["1.2 MB", "1.64 GB"]
+
+
+def test_going_to_a_frame_by_its_number(blender, ball):
+    blender.ops.refmesh.go_to_frame(frame="10")
+    assert blender.context.scene.frame_current == 10
+    with pytest.raises(RuntimeError, match="frame 9 is not part of this sequence"):
+        blender.ops.refmesh.go_to_frame(frame="9")
+
+
+def test_looking_at_a_sequence_writes_nothing(ball, frames):
+    for scene_frame in range(6, 12):
+        bpy.context.scene.frame_set(scene_frame)
+    assert all(path.suffix == ".obj" for path in frames.iterdir())

@@ -15,7 +15,7 @@ def test_a_job_survives_the_way_to_another_process():
 def test_until_names_the_last_stage():
     assert JobSpec("a", "b").stages == STAGES
     assert JobSpec("a", "b", until="reference").stages == ("tracking", "reference")
-    with pytest.raises(RefMeshError, match="'polish' is not a stage: choose one of tracking"):
+    with pytest.raises(RefMeshError, match="'polish' is not a stage: choose one of sequence, tracking"):
         JobSpec("a", "b", until="polish")
 
 

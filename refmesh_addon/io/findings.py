@@ -1,0 +1,43 @@
+"""The findings of a check, as JSON for the panel and as text for a person."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from ..core.check import RefMeshError
+from ..core.findings import SEVERITIES, Finding
+from .files import atomic_file, write_json
+from .frame_range import in_words
+from .sequence import Sequence
+
+CHECK_NAME, CHECK_TEXT = "sequence_check.json", "sequence_check.txt"  # in the output folder
+
+
+def read_findings(output: str | Path) -> list[Finding]:
+    """The findings in an output folder. Raises RefMeshError when there are none that can be read."""
+    path = Path(output) / CHECK_NAME
+    try:
+        entries = json.loads(path.read_text(encoding="utf-8"))["findings"]
+        return [Finding(**entry) for entry in entries]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RefMeshError(f"{path}: cannot be read ({error}); check the sequence again") from error
+
+
+def write_findings(output: Path, sequence: Sequence, findings: list[Finding]) -> None:
+    """Both files, into the output folder. Raises RefMeshError when they cannot be written."""
+    write_json(output / CHECK_NAME, {"sequence": sequence.name, "findings": [asdict(finding) for finding in findings]})
+    with atomic_file(output / CHECK_TEXT) as file:
+        file.write(report_text(sequence, findings).encode("utf-8"))
+
+
+def report_text(sequence: Sequence, findings: list[Finding]) -> str:
+    """The findings for a person, by severity."""
+    lines = [f"{sequence.name}: {len(sequence.frames)} frames, {in_words(sequence.numbers)}"]
+    for severity, meaning in SEVERITIES.items():
+        chosen = [finding for finding in findings if finding.severity == severity]
+        if chosen:
+            lines += ["", f"{severity}s ({meaning[0].lower()}{meaning[1:]})"]
+            lines += [f"  frame {finding.frame}: {finding.words}" for finding in chosen]
+    return "\n".join(lines if findings else [*lines, "", "nothing found"]) + "\n"

@@ -1,0 +1,95 @@
+"""Frames as Blender shows them, in binary files that are read in milliseconds; made from a mesh file once.
+
+An entry is found by the name, size and time of its mesh file, so that no frame has to be read to know that it is current.
+Whatever happens to these files, they can be made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from ..core.check import RefMeshError
+from ..core.types import TriangleMesh
+from .files import write_npz
+
+PREVIEW_FOLDER = Path("cache") / "preview"  # in the output folder
+SCHEMA = 1
+_KEY_BYTES = 6
+_BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError)
+
+
+@dataclass(frozen=True)
+class PreviewMesh:
+    """A mesh with the edges that Blender would otherwise have to find on every change of frame.
+
+    vertices : (V, 3) float32.  triangles : (T, 3) int32.  edges : (E, 2) int32, each once.
+    triangle_edges : (T, 3) int32, the edge from each corner to the next.
+    A mesh with collapsed triangles has no edges here, as Blender knows none from a vertex to itself.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    edges: np.ndarray
+    triangle_edges: np.ndarray
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh) -> PreviewMesh:
+        """Vertices and triangles in their order."""
+        triangles = mesh.triangles.astype(np.int32)
+        ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
+        if (ends[:, 0] == ends[:, 1]).any():
+            return cls(mesh.vertices.astype(np.float32), triangles, np.empty((0, 2), np.int32), np.empty((0, 3), np.int32))
+        low, high = ends.min(axis=1).astype(np.int64), ends.max(axis=1)
+        pairs, edge = np.unique(low * len(mesh.vertices) + high, return_inverse=True)
+        edges = np.stack(np.divmod(pairs, len(mesh.vertices)), axis=1).astype(np.int32)
+        return cls(mesh.vertices.astype(np.float32), triangles, edges, edge.reshape(-1, 3).astype(np.int32))
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the arrays take."""
+        return sum(getattr(self, field.name).nbytes for field in fields(self))
+
+
+def preview_path(folder: str | Path, frame: Path) -> Path:
+    """Where the entry of a mesh file is, or would be, in the output folder. Raises OSError when the mesh file is gone."""
+    found = frame.stat()
+    key = hashlib.blake2b(f"{SCHEMA}:{frame.name}:{found.st_size}:{found.st_mtime_ns}".encode(), digest_size=_KEY_BYTES).hexdigest()
+    return Path(folder) / PREVIEW_FOLDER / f"{frame.stem}-{key}.npz"
+
+
+def read_preview(path: Path) -> PreviewMesh | None:
+    """The mesh of an entry; None when there is none that can be read."""
+    arrays = read_arrays(path, [field.name for field in fields(PreviewMesh)])
+    return arrays and PreviewMesh(**arrays)
+
+
+def read_arrays(path: Path, names: Iterable[str]) -> dict[str, np.ndarray] | None:
+    """Some of the arrays of an entry; None when one of them cannot be read."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in names}
+    except _BROKEN:
+        return None
+
+
+def write_preview(path: Path, mesh: PreviewMesh, more: Mapping[str, np.ndarray] | None = None) -> None:
+    """An entry, with other arrays beside the mesh. Raises RefMeshError when it cannot be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RefMeshError(f"{path.parent}: the folder cannot be made ({error.strerror or error})") from error
+    write_npz(path, {field.name: getattr(mesh, field.name) for field in fields(mesh)} | dict(more or {}))
+
+
+def remove_other_previews(folder: str | Path, keep: Iterable[Path]) -> None:
+    """Removes all entries of the output folder but those to keep."""
+    kept = set(keep)
+    for path in (Path(folder) / PREVIEW_FOLDER).glob("*.npz"):
+        if path not in kept:
+            path.unlink(missing_ok=True)

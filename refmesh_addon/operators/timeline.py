@@ -1,0 +1,53 @@
+"""The timeline of the scene and the frames of a sequence."""
+
+import bpy
+from bpy.props import FloatProperty, StringProperty
+
+from ..core.check import RefMeshError
+from ..properties import sequence_object
+from .common import SequenceOperator, reporting
+
+
+class REFMESH_OT_set_timeline(SequenceOperator, bpy.types.Operator):
+    """Set the frame range of the scene to that of the sequence"""
+
+    bl_idname = "refmesh.set_timeline"
+    bl_label = "Set Timeline"
+    bl_options = {"REGISTER", "UNDO"}
+
+    fps: FloatProperty(
+        name="Frame Rate", description="Frames per second for the scene; 0 leaves the scene's own", default=0.0, min=0.0, max=1000.0
+    )
+
+    @reporting
+    def execute(self, context):
+        from ..bridge import scene
+
+        frames = sequence_object(context).refmesh.frames
+        scene.set_timeline(context.scene, frames[0].scene_frame, frames[-1].scene_frame, self.fps)
+        return {"FINISHED"}
+
+
+class REFMESH_OT_go_to_frame(bpy.types.Operator):
+    """Show this frame of the sequence"""
+
+    bl_idname = "refmesh.go_to_frame"
+    bl_label = "Go to Frame"
+    bl_options = {"INTERNAL"}
+
+    frame: StringProperty(name="Frame", description="Number as in the file names", options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context):
+        return sequence_object(context) is not None  # also while a job runs: it changes nothing
+
+    @reporting
+    def execute(self, context):
+        found = sequence_object(context).refmesh.frames.get(self.frame)
+        if found is None:
+            raise RefMeshError(f"frame {self.frame} is not part of this sequence")
+        context.scene.frame_set(found.scene_frame)
+        return {"FINISHED"}
+
+
+CLASSES = (REFMESH_OT_set_timeline, REFMESH_OT_go_to_frame)

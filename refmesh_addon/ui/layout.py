@@ -1,0 +1,32 @@
+"""What the panels share: their place in the sidebar, wrapped text, and the help button."""
+
+import textwrap
+
+import bpy
+
+PIXELS_PER_LETTER = 6.2  # of Blender's default font at 72 dpi, on average
+
+
+class RefMeshPanel:
+    """Place shared by all panels of the tab."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "RefMesh"
+
+
+def draw_wrapped(layout, context, words: str, icon: str = "NONE"):
+    """Words over as many lines as the width of the panel needs."""
+    width = context.region.width if context.region else 300
+    letters = max(16, int((width - 60) / (PIXELS_PER_LETTER * bpy.context.preferences.system.ui_scale)))
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for line, text in enumerate(textwrap.wrap(words, letters)):
+        column.label(text=text, icon=icon if line == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+
+
+def seconds_in_words(seconds: float) -> str:
+    """0.4 as "0.4 s", 12.3 as "12 s", 80 as "1:20 min"."""
+    if seconds < 60:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d} min"

@@ -1,0 +1,61 @@
+"""The first step: which frames there are, and what was found out about them."""
+
+import bpy
+
+from ..core.findings import SEVERITIES
+from ..properties import sequence_object
+from .layout import RefMeshPanel, draw_wrapped
+from .preferences import preferences
+
+ICONS = {"error": "CANCEL", "warning": "ERROR", "note": "INFO"}
+ROWS = 5  # of the list of findings, before it scrolls
+
+
+class REFMESH_UL_findings(bpy.types.UIList):
+    """One line for each finding; a click goes to its frame."""
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
+        layout.label(text=f"{item.name}: {item.words}", icon=ICONS.get(item.severity, "INFO"))
+
+
+class REFMESH_PT_sequence(RefMeshPanel, bpy.types.Panel):
+    bl_label = "Sequence"
+
+    @classmethod
+    def poll(cls, context):
+        return sequence_object(context) is not None
+
+    def draw_header(self, context):
+        state = sequence_object(context).refmesh
+        worst = next((severity for severity in SEVERITIES if any(item.severity == severity for item in state.findings)), "")
+        self.layout.label(icon="CHECKMARK" if state.checked and worst in ("", "note") else ICONS.get(worst, "BLANK1"))
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split, layout.use_property_decorate = True, False
+        owner = sequence_object(context)
+        state = owner.refmesh
+        first, last = state.frames[0].name, state.frames[-1].name
+        layout.label(text=f"{state.root.name if state.root else owner.name}: {len(state.frames)} frames, {first} to {last}")
+        layout.prop(state, "frame_selection")
+        layout.prop(state, "output")
+        if preferences(context):
+            layout.prop(preferences(context), "memory_budget")
+        layout.operator("refmesh.set_timeline", icon="TIME")
+        layout.operator("refmesh.load_results", icon="FILE_FOLDER")
+        self._draw_check(context, state)
+
+    def _draw_check(self, context, state):
+        layout = self.layout
+        layout.operator("refmesh.check_sequence", icon="VIEWZOOM")
+        if not state.checked:
+            layout.label(text="Frames not checked yet", icon="QUESTION")
+        elif not state.findings:
+            layout.label(text="Every frame was checked: nothing found", icon="CHECKMARK")
+        else:
+            layout.template_list("REFMESH_UL_findings", "", state, "findings", state, "active_finding", rows=min(ROWS, len(state.findings)))
+            finding = state.findings[min(state.active_finding, len(state.findings) - 1)]
+            draw_wrapped(layout, context, f"Frame {finding.name}: {finding.words}. {SEVERITIES.get(finding.severity, '')}.")
+
+
+CLASSES = (REFMESH_UL_findings, REFMESH_PT_sequence)

@@ -1,0 +1,109 @@
+"""Animated objects of the scene as input: what is written is what a render would see."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from refmesh_addon.bridge.bake import evaluated_mesh
+from refmesh_addon.bridge.meshes import read_positions
+from refmesh_addon.core.geometry import signed_volume
+from refmesh_addon.io.meshes import read_mesh
+
+from .conftest import place, reference
+
+
+@pytest.fixture
+def cube(blender) -> bpy.types.Object:
+    """A mirrored cube that moves along x and has a modifier."""
+    blender.ops.mesh.primitive_cube_add()
+    made = blender.context.active_object
+    made.name = "My [cube].001"
+    made.scale = (-1.0, 2.0, 1.0)
+    made.modifiers.new("Finer", "SUBSURF")
+    for frame in (1, 11):
+        made.location.x = frame
+        made.keyframe_insert("location", frame=frame)
+    made.animation_data.action.name = "move"
+    return made
+
+
+def test_modifiers_motion_and_mirroring_are_taken(blender, cube, tmp_path):
+    blender.context.scene.frame_set(4)
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=11, step=5)
+    owner = blender.context.active_object
+    assert [frame.name for frame in owner.refmesh.frames] == ["1", "6", "11"]
+    assert blender.context.scene.frame_current == 4 and cube.hide_get()
+    middles = [read_mesh(bpy.path.abspath(frame.path)) for frame in owner.refmesh.frames]
+    assert [mesh.vertices[:, 0].mean() for mesh in middles] == pytest.approx([1, 6, 11], abs=0.5)
+    assert all(len(mesh.vertices) > 8 and signed_volume(mesh) > 0 for mesh in middles)
+
+
+def test_another_cache_in_the_scene_comes_out_as_it_plays(blender, solved, tmp_path):
+    playing = solved.refmesh.groups[0].deformed.copy()  # no longer one of ours
+    playing.refmesh.sequence = None
+    blender.context.collection.objects.link(playing)
+    playing.animation_data_clear()
+    playing.hide_viewport = False
+    playing.location, playing.parent = (0, 0, 0), None
+    blender.context.view_layer.objects.active = playing
+    blender.ops.refmesh.import_object(output=str(tmp_path / "again"), first=6, last=8)
+    for frame in blender.context.active_object.refmesh.frames:
+        expected = place(reference(0).vertices, int(frame.name)).astype(np.float32)
+        np.testing.assert_array_equal(read_mesh(bpy.path.abspath(frame.path)).vertices, expected)
+
+
+def test_a_second_time_replaces_the_first(blender, cube, tmp_path):
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=5)
+    cube.hide_set(False)
+    blender.context.view_layer.objects.active = cube
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=2, last=3)
+    assert len(list((tmp_path / "out" / "source").iterdir())) == 2
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["source"]
+
+
+def test_frames_without_faces_are_gaps_and_none_is_refused(blender, cube, tmp_path):
+    count = cube.modifiers.new("Some", "MASK")
+    count.vertex_group = cube.vertex_groups.new(name="none").name
+    for frame, shown in ((1, False), (2, True), (3, False)):
+        count.show_viewport = shown
+        count.keyframe_insert("show_viewport", frame=frame)
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=3)
+    assert [frame.name for frame in blender.context.active_object.refmesh.frames] == ["1", "3"]
+    cube.hide_set(False)
+    blender.context.view_layer.objects.active = cube
+    before = set(bpy.data.objects)
+    with pytest.raises(RuntimeError, match="has no faces in frames 2 to 2"):
+        blender.ops.refmesh.import_object(output=str(tmp_path / "none"), first=2, last=2)
+    assert set(bpy.data.objects) == before and not (tmp_path / "none" / "source").exists()
+
+
+def test_nothing_selected_unsaved_scene_and_our_own_objects_are_refused_in_words(blender, ball, tmp_path):
+    with pytest.raises(RuntimeError, match="belongs to a mesh sequence already"):
+        blender.ops.refmesh.import_object()
+    blender.ops.object.light_add()
+    with pytest.raises(RuntimeError, match="select the animated mesh object"):
+        blender.ops.refmesh.import_object()
+    blender.ops.mesh.primitive_cube_add()
+    with pytest.raises(RuntimeError, match="save the scene first"):
+        blender.ops.refmesh.import_object()
+    with pytest.raises(RuntimeError, match="the last frame, 3, is before the first, 5"):
+        blender.ops.refmesh.import_object(output=str(tmp_path), first=5, last=3)
+
+
+def test_curves_count_as_what_they_render(blender):
+    blender.ops.curve.primitive_bezier_circle_add()
+    target = blender.context.active_object
+    target.data.bevel_depth = 0.1
+    mesh = evaluated_mesh(target, blender.context.evaluated_depsgraph_get())
+    assert len(mesh.triangles) > 100 and np.isfinite(mesh.vertices).all()
+
+
+def test_the_new_sequence_shows_its_frames(blender, cube, tmp_path):
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=3)
+    owner = blender.context.active_object
+    for number in (3, 1, 2):
+        blender.context.scene.frame_set(number)
+        expected = read_mesh(bpy.path.abspath(owner.refmesh.frames[str(number)].path)).vertices
+        np.testing.assert_array_equal(read_positions(owner.data), expected.astype(np.float32))

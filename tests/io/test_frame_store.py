@@ -1,0 +1,108 @@
+"""Frames in memory and in the binary cache: bounded, current, and the same as the files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.frame_store import FrameStore
+from refmesh_addon.io.meshes import read_mesh, write_ply
+from refmesh_addon.io.preview import PREVIEW_FOLDER, PreviewMesh, preview_path, read_preview, remove_other_previews, write_preview
+
+from ..core.shapes import ball
+
+PLENTY = 2**30
+
+
+@pytest.fixture
+def frames(tmp_path) -> list[Path]:
+    paths = [tmp_path / f"scan_{number}.ply" for number in range(3)]
+    for number, path in enumerate(paths):
+        sphere = ball(1)
+        write_ply(path, TriangleMesh(sphere.vertices + number, sphere.triangles))
+    return paths
+
+
+@pytest.fixture
+def output(tmp_path) -> Path:
+    """An output folder that a job has made."""
+    (tmp_path / "out" / PREVIEW_FOLDER).mkdir(parents=True)
+    return tmp_path / "out"
+
+
+def test_least_recently_used_goes_first(frames, output):
+    size = PreviewMesh.of(read_mesh(frames[0])).nbytes
+    store = FrameStore(2 * size)
+    first, second = store.read(frames[0], output), store.read(frames[1], output)
+    assert store.read(frames[0], output) is first
+    store.read(frames[2], output)
+    assert store.read(frames[0], output) is first and store.read(frames[1], output) is not second
+
+
+def test_a_smaller_budget_holds_at_once_and_the_last_frame_stays(frames, output):
+    store = FrameStore(PLENTY)
+    held = [store.read(path, output) for path in frames]
+    store.set_budget(0)
+    assert store.read(frames[2], output) is held[2] and store.read(frames[0], output) is not held[0]
+
+
+def test_a_file_that_was_written_again_is_read_again(frames, output):
+    store = FrameStore(PLENTY)
+    before = store.read(frames[0], output)
+    frames[0].write_bytes(frames[1].read_bytes())
+    os.utime(frames[0], ns=(0, 0))
+    assert not np.array_equal(store.read(frames[0], output).vertices, before.vertices)
+
+
+def test_cache_gives_what_the_file_holds_and_the_file_is_not_parsed_again(frames, output, monkeypatch):
+    before = FrameStore(PLENTY).read(frames[0], output)
+    monkeypatch.setattr("refmesh_addon.io.meshes.read_mesh", None)
+    again = FrameStore(PLENTY).read(frames[0], output)
+    for name in ("vertices", "triangles", "edges", "triangle_edges"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(before, name))
+
+
+@pytest.mark.parametrize("damage", [lambda path: path.write_bytes(b"PK"), lambda path: path.unlink()])
+def test_broken_cache_is_made_again(frames, output, damage):
+    FrameStore(PLENTY).read(frames[0], output)
+    entry = preview_path(output, frames[0])
+    damage(entry)
+    assert len(FrameStore(PLENTY).read(frames[0], output).vertices) == len(read_mesh(frames[0]).vertices)
+    assert read_preview(entry) is not None
+
+
+def test_without_an_output_folder_nothing_is_written(frames, tmp_path):
+    FrameStore(PLENTY).read(frames[0], tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(RefMeshError, match="gone.ply: cannot be read"):
+        FrameStore(PLENTY).read(tmp_path / "gone.ply", tmp_path)
+
+
+def test_edges_are_those_of_the_triangles():
+    sphere = ball(2)
+    mesh = PreviewMesh.of(sphere)
+    assert len(mesh.edges) == len(np.unique(np.sort(mesh.edges, axis=1), axis=0)) == len(sphere.vertices) + len(sphere.triangles) - 2
+    for corner in range(3):
+        expected = np.sort(mesh.triangles[:, [corner, (corner + 1) % 3]], axis=1)
+        np.testing.assert_array_equal(np.sort(mesh.edges[mesh.triangle_edges[:, corner]], axis=1), expected)
+
+
+def test_collapsed_triangles_leave_the_edges_to_blender():
+    mesh = PreviewMesh.of(TriangleMesh(np.eye(3), np.array([[0, 1, 2], [0, 0, 1]])))
+    assert len(mesh.triangles) == 2 and not len(mesh.edges)
+
+
+def test_only_wanted_entries_stay(frames, output):
+    entries = [preview_path(output, path) for path in frames]
+    for entry, path in zip(entries, frames, strict=True):
+        write_preview(entry, PreviewMesh.of(read_mesh(path)))
+    remove_other_previews(output, entries[:1])
+    assert list((output / PREVIEW_FOLDER).iterdir()) == entries[:1]
