@@ -28,9 +28,11 @@ test: environment
 	$(PYTEST) $(BPY_TESTS) || status=1; \
 	exit $$status
 
-## make lint       style checks
+## make lint       style, docstrings, types, and who may import whom
 lint: environment
 	.venv/bin/ruff check .
+	.venv/bin/mypy
+	$(PYTEST) --durations=0 tests/packaging/test_layers.py
 
 ## make samples    write the frames in sample_scenes/ again
 samples: environment

@@ -18,6 +18,7 @@ Rotations and positions are minimised in turn. Each turn minimises or lowers the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -91,7 +92,7 @@ class ArapSolver:
         hard = np.isinf(weights)
         return self._last[1].solve(targets[~hard], start, iterations, fixed_targets=targets[hard])
 
-    def system(self, rows: sparse.spmatrix, weights: np.ndarray, fixed: np.ndarray = (), keep: float = 0.0) -> ArapSystem:
+    def system(self, rows: sparse.spmatrix, weights: np.ndarray, fixed: np.ndarray | tuple = (), keep: float = 0.0) -> ArapSystem:
         """The factorised system for constraints on points of the surface.
 
         rows : (K, R) sparse, each row the barycentric weights of one constrained point.  weights : (K,) no unit.
@@ -180,7 +181,7 @@ class _State:
         if fixed_targets is not None:
             self.positions[system.fixed] = fixed_targets - self.origin
         self.steady = system.hold[system.free, None] * self.start[system.free] - system.coupling @ self.positions[system.fixed]
-        self.transposed = None  # (R, 9): every rotation's transpose, row-major
+        self.transposed: Any = None  # (R, 9): every rotation's transpose, row-major
 
     def turn(self) -> float:
         """Local step: rotations for these positions; returns the energy after it."""

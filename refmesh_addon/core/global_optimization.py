@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -161,7 +162,7 @@ def minimised(positions: np.ndarray, weights: sparse.spmatrix, samples_of: Sampl
     here, change = _state(positions, misfit, samples_of, spacing), np.zeros(positions.shape)
     energies = [here.energy]
     for iteration in range(ITERATIONS):
-        lower = _descended(here, misfit, lambda done=iteration / ITERATIONS: progress(done))
+        lower = _descended(here, misfit, partial(progress, iteration / ITERATIONS))
         for momentum in (MOMENTUM, 0.0):
             there = _state(lower + momentum * change, misfit, samples_of, spacing)
             if there.energy < here.energy:

@@ -76,7 +76,7 @@ def _first_moments(owner, centers, samples) -> tuple[np.ndarray, np.ndarray]:
     count = len(centers)
     masses = np.bincount(owner, samples.masses, count)
     middle = np.stack([np.bincount(owner, samples.masses * samples.positions[:, k], count) for k in range(3)], axis=1)
-    middle /= np.maximum(masses, 1)[:, None]
+    middle = middle / np.maximum(masses, 1)[:, None]
     empty = np.flatnonzero(masses == 0)
     if len(empty):
         middle[empty] = samples.positions[cKDTree(samples.positions).query(centers[empty])[1]]

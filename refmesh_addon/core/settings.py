@@ -6,7 +6,8 @@ length, or shares of the bounding-box diagonal, so that scaling the input scales
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import Field, asdict, dataclass, field, fields
+from typing import Any
 
 from .check import RefMeshError
 
@@ -141,15 +142,19 @@ class Settings:
             _check_value(known[name], value)
         stages = {}
         for stage in fields(cls):
-            stage_type = type(stage.default)
-            names = {item.name for item in fields(stage_type)}
-            stages[stage.name] = stage_type(**{name: value for name, value in values.items() if name in names})
+            names = {item.name for item in fields(_stage_type(stage))}
+            stages[stage.name] = _stage_type(stage)(**{name: value for name, value in values.items() if name in names})
         return cls(**stages)
 
 
 def flat_fields() -> list:
     """The dataclass fields of all stages in order, as the panel and the command line show them."""
-    return [item for stage in fields(Settings) for item in fields(type(stage.default))]
+    return [item for stage in fields(Settings) for item in fields(_stage_type(stage))]
+
+
+def _stage_type(stage: Field) -> Any:
+    """The dataclass of one stage."""
+    return type(stage.default)
 
 
 def _check_value(item, value) -> None:

@@ -16,7 +16,7 @@ class _FrozenArrays:
     """Makes every array field of a dataclass read-only, so that results cannot change behind a reader's back."""
 
     def __post_init__(self):
-        for field in fields(self):
+        for field in fields(self):  # type: ignore[arg-type]  # only dataclasses derive from this
             value = getattr(self, field.name)
             if isinstance(value, np.ndarray):
                 view = value.view()

@@ -38,6 +38,7 @@ class Volume:
 
     @property
     def finest(self) -> VolumeSamples:
+        """The finest samples of the volume."""
         return self.levels[-1]
 
     def center_spacing(self, count: int) -> float:

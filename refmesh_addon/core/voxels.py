@@ -43,7 +43,8 @@ def grid_around(vertices: np.ndarray, resolution: int) -> Grid:
         raise ValueError("vertices span no length, so there is nothing to fill")
     spacing = longest / resolution
     shape = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1).astype(int)
-    return Grid((low + high) / 2 - shape * spacing / 2, spacing, tuple(int(n) for n in shape))
+    x, y, z = (int(count) for count in shape)
+    return Grid((low + high) / 2 - shape * spacing / 2, spacing, (x, y, z))
 
 
 def fill(mesh: TriangleMesh, grid: Grid) -> np.ndarray:

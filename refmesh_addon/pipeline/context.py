@@ -60,6 +60,7 @@ class Context:
 
     @property
     def numbers(self) -> tuple[int, ...]:
+        """Number of each frame as in its file name."""
         return self.frames.sequence.numbers
 
     @property

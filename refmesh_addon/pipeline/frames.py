@@ -57,6 +57,7 @@ class Frames:
         return float(np.linalg.norm(self.boxes[:, 1].max(axis=0) - self.boxes[:, 0].min(axis=0)))
 
     def path(self, index: int) -> Path:
+        """The file of a frame."""
         return self.sequence.frames[index].path
 
     def _entry(self, index: int) -> str:
