@@ -58,7 +58,8 @@ def in_words(numbers: Iterable[int]) -> str:
 
 def ranges_among(chosen: Iterable[int], everything: Iterable[int]) -> list[tuple[int, int]]:
     """First and last of each run of chosen numbers that follow each other in `everything`, whatever its steps."""
-    wanted, runs, before = set(chosen), [], False
+    wanted, before = set(chosen), False
+    runs: list[tuple[int, int]] = []
     for number in sorted(everything):
         inside = number in wanted
         if inside and before:

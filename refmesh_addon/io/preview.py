@@ -66,7 +66,7 @@ def preview_path(folder: str | Path, frame: Path) -> Path:
 def read_preview(path: Path) -> PreviewMesh | None:
     """The mesh of an entry; None when there is none that can be read."""
     arrays = read_arrays(path, [field.name for field in fields(PreviewMesh)])
-    return arrays and PreviewMesh(**arrays)
+    return None if arrays is None else PreviewMesh(**arrays)
 
 
 def read_arrays(path: Path, names: Iterable[str]) -> dict[str, np.ndarray] | None:
