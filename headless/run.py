@@ -20,6 +20,7 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 EXIT_FAILED, EXIT_USAGE = 1, 2
 STEPS = ("import_sequence", "run_all")  # the operators whose arguments become options
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
+AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
 NOT_RESULTS = "cache"  # folder in OUT that only helps the next run
 
 
@@ -126,14 +127,17 @@ def add_option(parser: argparse.ArgumentParser, argument) -> None:
 def number_within(argument):
     """A converter for the option's text that keeps to the argument's bounds; Blender itself would move a value silently."""
     low, high = argument.hard_min, argument.hard_max
+    automatic = AUTOMATIC in argument.description
 
     def convert(text: str) -> float:
+        if automatic and text == "auto":
+            return 0
         try:
             value = int(text) if argument.type == "INT" else float(text)
         except ValueError:
             value = None
         if value is None or not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"'{text}' is not a number from {low:g} to {high:g}")
+            raise argparse.ArgumentTypeError(f"'{text}' is not {'auto or ' * automatic}a number from {low:g} to {high:g}")
         return value
 
     return convert

@@ -60,7 +60,22 @@ class TrackingSettings:
 class ReferenceSettings:
     """One reference mesh for each group of frames."""
 
-    group_size: int = option(5, "Frames that share one reference mesh", low=1, high=1000)
+    group_size: int = option(
+        5,
+        "Frames that share one reference mesh; 0 (auto) chooses groups by content: they end where bodies have deformed much, or where "
+        "something appears or leaves, and see apart what touches",
+        low=0,
+        high=1000,
+    )
+    longest_group: int = option(10, "Most frames of a group when groups are chosen by content", low=1, high=1000)
+    stress: str = option(
+        "plain",
+        "Which distances between centers the reference centers keep first",
+        choices={
+            "plain": "All alike, as in the paper",
+            "near": "Those between near centers: local shape counts more than distances across the body",
+        },
+    )
     mapping: str = option(
         "affinity",
         "How frames are carried to the reference positions",
@@ -72,10 +87,18 @@ class ReferenceSettings:
     alignment_steps: int = option(
         8, "Steps, from stiff to soft, that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50
     )
-    poisson_depth: int = option(
-        0, "Octree depth of the screened Poisson reconstruction; 0 chooses it from the triangle budget", low=0, high=12
+    least_overlap: float = option(
+        0.85,
+        "Overlap (IoU) with the anchor frame that a frame must reach to count for the surface of the reference mesh; 0 lets all count",
+        low=0.0,
+        high=1.0,
     )
-    triangles: int = option(0, "Triangles of each reference mesh; 0 takes the median of the group's input frames", low=0, high=5_000_000)
+    poisson_depth: int = option(
+        0, "Octree depth of the screened Poisson reconstruction; 0 (auto) takes it from the triangle budget", low=0, high=12
+    )
+    triangles: int = option(
+        0, "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames", low=0, high=5_000_000
+    )
 
 
 @dataclass(frozen=True)

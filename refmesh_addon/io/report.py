@@ -38,6 +38,8 @@ class GroupReport:
     frames : numbers.  anchor : number.  reference, playback : paths relative to the output folder; playback is None until
     the group is deformed.  iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
     frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
+    left_out : numbers of frames that do not count for the surface.  handover : from the next group's first deformed frame to
+    this group's mesh deformed to that frame; None for the last group and until it is evaluated.
     """
 
     index: int
@@ -54,6 +56,8 @@ class GroupReport:
     frame_iou_after: tuple[float, ...]
     self_intersections: int
     playback: str | None = None
+    left_out: tuple[int, ...] = ()
+    handover: Distances | None = None
 
 
 @dataclass(frozen=True)

@@ -63,12 +63,6 @@ class Context:
         """Number of each frame as in its file name."""
         return self.frames.sequence.numbers
 
-    @property
-    def group_spans(self) -> list[tuple[int, ...]]:
-        """The frames that share a reference mesh, as indices into the sequence."""
-        size, count = self.settings.reference.group_size, len(self.frames)
-        return [tuple(range(start, min(start + size, count))) for start in range(0, count, size)]
-
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Notes the seconds of a stage and writes the report when it is done."""

@@ -12,14 +12,20 @@ from ..io.meshes import write_ply
 from ..io.report import Distances
 from .cache import digest
 from .context import Context
+from .deform import Deformed
 from .stages import measure
 
 EVALUATION_SCHEMA = 1
 FIGURES = ("mean", "rms", "p99", "max")
 
 
-def evaluate(context: Context, deformed: dict[int, TriangleMesh]) -> None:
-    """Fills in the distances of each frame's report and colours its PLY by the error of each vertex."""
+def evaluate(context: Context, deformed: Deformed) -> None:
+    """Fills in the distances of frames and hand-overs in the report and colours each frame's PLY by the error of each vertex."""
+    _evaluate_frames(context, deformed.frames)
+    _evaluate_handovers(context, deformed)
+
+
+def _evaluate_frames(context: Context, deformed: dict[int, TriangleMesh]) -> None:
     settings = context.settings.evaluation
     frames = sorted(deformed)
     keys = {
@@ -38,6 +44,19 @@ def evaluate(context: Context, deformed: dict[int, TriangleMesh]) -> None:
         entry = context.report.frames[position]
         write_ply(context.output / entry.deformed, deformed[frame], error_colors(found[frame]["errors"]))
         context.report.frames[position] = replace(entry, **_figures(found[frame]))
+
+
+def _evaluate_handovers(context: Context, deformed: Deformed) -> None:
+    """How far each group's mesh lies from that of the next group, in the next one's first frame."""
+    tasks = []
+    for index in deformed.handovers:
+        following = context.numbers.index(context.report.groups[index + 1].frames[0])
+        tasks.append((deformed.frames[following], deformed.handovers[index], context.settings.evaluation.samples))
+    alive = lambda: context.notify("evaluation", None, 1.0)
+    for task, (distance, _) in context.workers.map(measure, tasks, alive):
+        index = list(deformed.handovers)[task]
+        handover = Distances(**asdict(distance.source_to_deformed))
+        context.report.groups[index] = replace(context.report.groups[index], handover=handover)
 
 
 def _entry(context: Context, frame: int) -> str:

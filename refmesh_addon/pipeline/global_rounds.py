@@ -39,7 +39,7 @@ def _after_round(context: Context, last: Tracked, index: int) -> tuple[Tracked, 
     key = digest(GLOBAL_SCHEMA, part.key, index)
     made = context.cache.load_or_make(f"tracking/global_{index:02d}", key, lambda: _optimized(context, last, index))
     weights = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (made["positions"].shape[1],) * 2)
-    return Tracked(made["positions"], (replace(part, affinity=weights, key=key),)), made["energies"]
+    return replace(last, positions=made["positions"], parts=(replace(part, affinity=weights, key=key),)), made["energies"]
 
 
 def _optimized(context: Context, last: Tracked, index: int) -> Arrays:

@@ -13,22 +13,27 @@ from ..core.types import TriangleMesh
 from ..io.files import output_folder
 from ..io.meshes import write_ply
 from ..io.report import GroupReport
-from .cache import digest
+from .cache import Arrays, digest
 from .context import Context
+from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
-REFERENCE_SCHEMA = 1
+REFERENCE_SCHEMA = 2
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
-POOR_OVERLAP = 0.9  # IoU with the anchor frame below which a frame is named in the warnings
+GROUPING = ("group_size", "longest_group")  # settings that a group's mesh depends on through its frames only
 
 
 @dataclass(frozen=True)
 class Group:
-    """frames : indices into the sequence.  targets : index -> (C, 3) the frame's own reference centers."""
+    """frames : indices into the sequence.  handover : the next group's first frame, which this group's mesh is carried to as well.
+
+    targets : index -> (C, 3) the frame's own reference centers, of all these frames.
+    """
 
     index: int
     frames: tuple[int, ...]
+    handover: int | None
     centers: GroupCenters
     targets: dict[int, np.ndarray]
     mesh: TriangleMesh
@@ -40,66 +45,87 @@ class Group:
         return self.frames[self.centers.anchor]
 
 
+@dataclass(frozen=True)
+class _Span:
+    """Frames of a group, the first of the next group if there is one, and the key of all that is made of them."""
+
+    index: int
+    frames: tuple[int, ...]
+    handover: int | None
+    key: str
+
+    @property
+    def reached(self) -> tuple[int, ...]:
+        return self.frames if self.handover is None else (*self.frames, self.handover)
+
+
 def refer(context: Context, tracked: Tracked) -> list[Group]:
     """Makes the reference mesh of each group and writes it."""
-    spans = context.group_spans
-    keys = [digest(REFERENCE_SCHEMA, tracked.part_of(span[0]).key, span, asdict(context.settings.reference)) for span in spans]
-    centers = [_placed(context, tracked, *item) for item in enumerate(zip(spans, keys, strict=True))]
-    aligned = _aligned(context, tracked, spans, keys, centers)
-    meshes = _built(context, spans, keys, centers, aligned)
+    spans = _spans(context, tracked)
+    centers = [_placed(context, tracked, span) for span in spans]
+    aligned = _aligned(context, tracked, spans, centers)
+    meshes = _built(context, spans, centers, aligned)
     groups = []
-    for index, span in enumerate(spans):
-        targets = {frame: aligned[frame]["targets"] for frame in span}
-        mesh = TriangleMesh(meshes[index]["vertices"], meshes[index]["triangles"])
-        groups.append(Group(index, span, centers[index], targets, mesh, keys[index]))
-        _write(context, groups[-1], aligned, int(meshes[index]["self_intersections"]))
+    for span, placed, made in zip(spans, centers, meshes, strict=True):
+        targets = {frame: aligned[span.index, frame]["targets"] for frame in span.reached}
+        mesh = TriangleMesh(made["vertices"], made["triangles"])
+        groups.append(Group(span.index, span.frames, span.handover, placed, targets, mesh, span.key))
+        _write(context, groups[-1], aligned, int(made["self_intersections"]))
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
     _write_centers(context, tracked, groups)
     return groups
 
 
-def _placed(context: Context, tracked: Tracked, index: int, span_and_key: tuple) -> GroupCenters:
-    span, key = span_and_key
-    part = tracked.part_of(span[0])
+def _spans(context: Context, tracked: Tracked) -> list[_Span]:
+    settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in GROUPING}
+    found = group_spans(context, tracked)
+    handovers = [following[0] for following in found[1:]] + [None]
+    keys = [digest(REFERENCE_SCHEMA, tracked.part_of(frames[0]).key, frames, settings) for frames in found]
+    return [_Span(index, *item) for index, item in enumerate(zip(found, handovers, keys, strict=True))]
+
+
+def _placed(context: Context, tracked: Tracked, span: _Span) -> GroupCenters:
+    part = tracked.part_of(span.frames[0])
 
     def alive(_: float) -> None:
-        context.notify("reference", context.numbers[span[0]], 0.0)
+        context.notify("reference", context.numbers[span.frames[0]], 0.0)
 
     def make() -> dict[str, np.ndarray]:
-        placed = place_centers(tracked.positions[list(span)], part.affinity, part.spacing, alive)
+        placed = place_centers(tracked.seen(span.frames), part.affinity, part.spacing, alive, context.settings.reference.stress)
         pairs = placed.affinity.tocoo()
         figures = {"anchor": np.int64(placed.anchor), "stress": np.float64(placed.stress)}
         return {"positions": placed.positions, "row": pairs.row, "column": pairs.col, "value": pairs.data, **figures}
 
-    made = context.cache.load_or_make(f"reference/centers_{index:03d}", key, make)
+    made = context.cache.load_or_make(f"reference/centers_{span.index:03d}", span.key, make)
     affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (len(made["positions"]),) * 2)
     return GroupCenters(made["positions"], affinity, part.spacing, int(made["anchor"]), float(made["stress"]))
 
 
-def _aligned(context: Context, tracked: Tracked, spans, keys, centers) -> dict[int, dict[str, np.ndarray]]:
-    """Index of frame -> its aligned points, for all frames of all groups."""
-    jobs = [(frame, span, key, group) for span, key, group in zip(spans, keys, centers, strict=True) for frame in span]
-    done = {frame: context.cache.load(_aligned_entry(context, frame), key) for frame, _, key, _ in jobs}
-    waiting = [job for job in jobs if done[job[0]] is None]
-    tasks = (_alignment_task(context, tracked, frame, span, group) for frame, span, _, group in waiting)
+def _aligned(context: Context, tracked: Tracked, spans: list[_Span], centers: list[GroupCenters]) -> dict[tuple[int, int], Arrays]:
+    """(index of group, index of frame) -> aligned points, for all frames of all groups and the hand-overs."""
+    jobs = [(span, frame) for span in spans for frame in span.reached]
+    done = {(span.index, frame): context.cache.load(_aligned_entry(context, span, frame), span.key) for span, frame in jobs}
+    waiting = [(span, frame) for span, frame in jobs if done[span.index, frame] is None]
+    tasks = (_alignment_task(context, tracked, span, frame, centers[span.index]) for span, frame in waiting)
     for count, (index, result) in enumerate(context.workers.map(align_frame, tasks, lambda: context.notify("reference", None, 0.0))):
-        frame, _, key, _ = waiting[index]
-        done[frame] = result
-        context.cache.save(_aligned_entry(context, frame), key, result)
+        span, frame = waiting[index]
+        done[span.index, frame] = result
+        context.cache.save(_aligned_entry(context, span, frame), span.key, result)
         context.notify("reference", context.numbers[frame], ALIGNED_SHARE * (len(jobs) - len(waiting) + count + 1) / len(jobs))
     return done
 
 
-def _alignment_task(context: Context, tracked: Tracked, frame: int, span: tuple[int, ...], group: GroupCenters) -> tuple:
-    anchor = span[group.anchor]
+def _alignment_task(context: Context, tracked: Tracked, span: _Span, frame: int, group: GroupCenters) -> tuple:
+    anchor = span.frames[group.anchor]
     meshes = context.frames.body(frame), context.frames.body(anchor)
-    count = int(POINTS_PER_TRIANGLE * _budget(context, span) / len(span))
-    return meshes[0], tracked.positions[frame], meshes[1], tracked.positions[anchor], group, context.settings.reference, count
+    positions = tracked.seen((span.frames[0], frame, anchor))[1:]
+    count = int(POINTS_PER_TRIANGLE * _budget(context, span.frames) / len(span.frames))
+    return meshes[0], positions[0], meshes[1], positions[1], group, context.settings.reference, count
 
 
-def _built(context: Context, spans, keys, centers, aligned) -> list[dict[str, np.ndarray]]:
+def _built(context: Context, spans: list[_Span], centers: list[GroupCenters], aligned: dict[tuple[int, int], Arrays]) -> list[Arrays]:
     """The mesh of each group."""
-    done = [context.cache.load(f"reference/mesh_{index:03d}", key) for index, key in enumerate(keys)]
+    done = [context.cache.load(f"reference/mesh_{span.index:03d}", span.key) for span in spans]
     waiting = [index for index, found in enumerate(done) if found is None]
     tasks = (_building_task(context, spans[index], centers[index], aligned) for index in waiting)
     for count, (task, result) in enumerate(
@@ -107,19 +133,25 @@ def _built(context: Context, spans, keys, centers, aligned) -> list[dict[str, np
     ):
         index = waiting[task]
         done[index] = result
-        context.cache.save(f"reference/mesh_{index:03d}", keys[index], result)
-        context.notify("reference", None, ALIGNED_SHARE + (1 - ALIGNED_SHARE) * (len(keys) - len(waiting) + count + 1) / len(keys))
+        context.cache.save(f"reference/mesh_{index:03d}", spans[index].key, result)
+        context.notify("reference", None, ALIGNED_SHARE + (1 - ALIGNED_SHARE) * (len(spans) - len(waiting) + count + 1) / len(spans))
     return done
 
 
-def _building_task(context: Context, span: tuple[int, ...], group: GroupCenters, aligned) -> tuple:
-    points, normals = (np.concatenate([aligned[frame][name] for frame in span]) for name in ("points", "normals"))
-    anchor = context.frames.body(span[group.anchor])
-    return points, normals, anchor, group.spacing, _budget(context, span), context.settings.reference.poisson_depth
+def _building_task(context: Context, span: _Span, group: GroupCenters, aligned: dict[tuple[int, int], Arrays]) -> tuple:
+    kept = [frame for frame in span.frames if not _left_out(context, aligned[span.index, frame])]
+    points, normals = (np.concatenate([aligned[span.index, frame][name] for frame in kept]) for name in ("points", "normals"))
+    anchor = context.frames.body(span.frames[group.anchor])
+    return points, normals, anchor, group.spacing, _budget(context, span.frames), context.settings.reference.poisson_depth
 
 
-def _aligned_entry(context: Context, frame: int) -> str:
-    return f"reference/aligned_{context.numbers[frame]:04d}"
+def _left_out(context: Context, aligned: Arrays) -> bool:
+    """Whether a frame lies too far from the anchor frame to count for the surface; the anchor itself never does."""
+    return float(aligned["after"]) < context.settings.reference.least_overlap
+
+
+def _aligned_entry(context: Context, span: _Span, frame: int) -> str:
+    return f"reference/handover_{span.index:03d}" if frame == span.handover else f"reference/aligned_{context.numbers[frame]:04d}"
 
 
 def _budget(context: Context, span: tuple[int, ...]) -> int:
@@ -127,14 +159,13 @@ def _budget(context: Context, span: tuple[int, ...]) -> int:
     return context.settings.reference.triangles or int(np.median([len(context.frames.mesh(frame).triangles) for frame in span]))
 
 
-def _write(context: Context, group: Group, aligned, self_intersections: int) -> None:
+def _write(context: Context, group: Group, aligned: dict[tuple[int, int], Arrays], self_intersections: int) -> None:
     numbers = tuple(context.numbers[frame] for frame in group.frames)
-    before, after = ([float(aligned[frame][name]) for frame in group.frames] for name in ("before", "after"))
-    for number, overlap in zip(numbers, after, strict=True):
-        if overlap < POOR_OVERLAP:
-            context.warn(
-                f"frame {number}: overlaps its group's anchor frame by only {overlap:.2f} (IoU); a smaller --group-size may serve it better"
-            )
+    before, after = ([float(aligned[group.index, frame][name]) for frame in group.frames] for name in ("before", "after"))
+    left_out = tuple(context.numbers[frame] for frame in group.frames if _left_out(context, aligned[group.index, frame]))
+    for number in left_out:
+        overlap = f"overlaps its group's anchor frame by only {after[numbers.index(number)]:.2f} (IoU)"
+        context.warn(f"frame {number}: {overlap} and is left out of the reference mesh; a smaller --group-size may serve it better")
     path = f"reference/group_{group.index:03d}.ply"
     output_folder(context.output / "reference")
     write_ply(context.output / path, group.mesh)
@@ -153,6 +184,7 @@ def _write(context: Context, group: Group, aligned, self_intersections: int) -> 
             iou_after=min(after),
             frame_iou_before=tuple(before),
             frame_iou_after=tuple(after),
+            left_out=left_out,
         )
     )
 

@@ -32,9 +32,11 @@ class GroupCenters:
     stress: float
 
 
-def place_centers(positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float, progress: Progress = ignore) -> GroupCenters:
-    """Reference centers and group affinity from (F, C, 3) tracked positions."""
-    found: ReferenceCenters = reference_centers(positions, progress)
+def place_centers(
+    positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float, progress: Progress = ignore, counted: str = "plain"
+) -> GroupCenters:
+    """Reference centers and group affinity from (F, C, 3) tracked positions.  counted : as in `reference_centers`."""
+    found: ReferenceCenters = reference_centers(positions, progress, counted)
     affinity = group_affinity(positions, found.anchor, tracked, spacing).weights()
     return GroupCenters(found.positions, affinity, spacing, found.anchor, found.stress)
 

@@ -17,7 +17,7 @@ from ..core.volume import Volume, sample_volume
 from .cache import Arrays, digest
 from .context import READING_SHARE, Context
 from .parallel import one_ahead
-from .tracked import Part, Tracked, frame_entry, report_tracking
+from .tracked import Part, Tracked, frame_entry, report_tracking, volume_jumps
 
 TRACKING_SCHEMA = 4
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimisation follow
@@ -40,7 +40,7 @@ def track_sequence(context: Context) -> Tracked:
     affinity = states[-1].affinity
     report_tracking(context, entries, affinity.spacing)
     part = Part(len(keys), affinity.weights(), affinity.spacing, keys[-1])
-    return Tracked(np.stack([entry["centers"] for entry in entries]), (part,))
+    return Tracked(np.stack([entry["centers"] for entry in entries]), (part,), tuple(volume_jumps(entries)))
 
 
 def volume_of(context: Context, index: int) -> Volume:

@@ -19,17 +19,18 @@ from ..core.tracking import first_frame, next_frame
 from ..core.types import TriangleMesh
 from .cache import Arrays, digest
 from .context import READING_SHARE, Context
+from .spans import fixed_spans
 from .track import TRACKING_SCHEMA, enclosed_volume
 from .tracked import FIGURES, Part, Tracked, frame_entry, report_tracking
 
 
 def track_groups(context: Context) -> Tracked:
-    """Tracks each group of frames by itself. Raises RefMeshError when global rounds are asked for too."""
+    """Tracks each group of frames by itself. Raises RefMeshError when global rounds, or groups by content, are asked for too."""
     settings = context.settings.tracking
     if settings.global_rounds:
         raise RefMeshError("--global-rounds optimises the whole sequence at once: leave it out, or track with --tracking sequence")
     frames = context.frames
-    spans = context.group_spans
+    spans = fixed_spans(context)
     reaches = [range(span[0], min(span[-1] + 2, len(frames))) for span in spans]
     keys = [digest(TRACKING_SCHEMA, asdict(settings), [frames.keys[index] for index in reach]) for reach in reaches]
     found = [context.cache.load(_entry(group), key) for group, key in enumerate(keys)]
@@ -69,10 +70,10 @@ def _joined(context: Context, spans: list[tuple[int, ...]], found: list[Arrays],
             steps.append(float(np.sqrt(np.mean(apart**2)) / spacing))
         affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (count, count))[order][:, order].tocsr()
         key = digest(key, own_key)  # the numbers, and nothing else, depend on the groups before
-        parts.append(Part(span[-1] + 1, affinity, spacing, key))
         positions += list(centers[: len(span), order])
         entries += [{name: made[name][frame] for name in (*FIGURES, "volume", "outside")} for frame in range(len(span))]
         beyond = centers[len(span), order] if len(centers) > len(span) else None
+        parts.append(Part(span[-1] + 1, affinity, spacing, key, beyond))
     report_tracking(context, entries, parts[0].spacing)
     context.report.tracking["handover"] = steps
     return Tracked(np.stack(positions), tuple(parts))

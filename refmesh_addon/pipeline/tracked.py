@@ -27,24 +27,32 @@ class Part:
     """Frames tracked in one go.
 
     stop : index after the last frame.  affinity : (C, C) weights after the last frame.  spacing : s.  key : of all this.
+    beyond : (C, 3) its centers in the frame after the last, None where that is not known or there is none.
     """
 
     stop: int
     affinity: sparse.csr_matrix
     spacing: float
     key: str
+    beyond: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Tracked:
-    """positions : (F, C, 3).  parts : in order, all frames together."""
+    """positions : (F, C, 3).  parts : in order, all frames together.  jumps : frames in which something appeared or left, by index."""
 
     positions: np.ndarray
     parts: tuple[Part, ...]
+    jumps: tuple[int, ...] = ()
 
     def part_of(self, index: int) -> Part:
         """The part that holds a frame, by its index."""
         return next(part for part in self.parts if index < part.stop)
+
+    def seen(self, frames: tuple[int, ...]) -> np.ndarray:
+        """(F, C, 3) centers in the frames, as the part that holds the first of them has tracked them."""
+        part = self.part_of(frames[0])
+        return np.stack([self.positions[frame] if frame < part.stop else part.beyond for frame in frames])
 
 
 def frame_entry(state: TrackedFrame, volume: Volume, path: object) -> Arrays:
@@ -54,6 +62,13 @@ def frame_entry(state: TrackedFrame, volume: Volume, path: object) -> Arrays:
     outside = np.mean(cKDTree(volume.finest.positions).query(state.centers)[0] > volume.finest.spacing)
     figures = {name: np.float64(getattr(state, name)) for name in FIGURES}
     return figures | {"centers": state.centers, "volume": np.float64(volume.size), "outside": outside}
+
+
+def volume_jumps(entries: list[Arrays]) -> dict[int, float]:
+    """Index of each frame that encloses far more or less volume than the one before -> how much, as a share."""
+    volumes = np.array([float(entry["volume"]) for entry in entries])
+    changes = volumes[1:] / volumes[:-1] - 1
+    return {int(index) + 1: float(changes[index]) for index in np.flatnonzero(np.abs(changes) > VOLUME_JUMP)}
 
 
 def report_tracking(context: Context, entries: list[Arrays], spacing: float) -> None:
@@ -66,11 +81,11 @@ def report_tracking(context: Context, entries: list[Arrays], spacing: float) -> 
 
 def _warn(context: Context, entries: list[Arrays]) -> None:
     """Names frames in which something came or went, and those in which centers ended outside."""
-    volumes = [float(entry["volume"]) for entry in entries]
-    for number, before, volume, entry in zip(context.numbers, volumes[:1] + volumes, volumes, entries, strict=False):
-        if abs(volume / before - 1) > VOLUME_JUMP:
-            more, what = ("more", "appeared") if volume > before else ("less", "is missing")
-            change = f"encloses {abs(volume / before - 1):.0%} {more} volume than the frame before"
+    jumps = volume_jumps(entries)
+    for index, (number, entry) in enumerate(zip(context.numbers, entries, strict=False)):
+        if index in jumps:
+            more, what = ("more", "appeared") if jumps[index] > 0 else ("less", "is missing")
+            change = f"encloses {abs(jumps[index]):.0%} {more} volume than the frame before"
             context.warn(f"frame {number}: {change}: something {what}, and centers move to even that out")
         if entry["outside"] > OUTSIDE_SHARE:
             share = float(entry["outside"])

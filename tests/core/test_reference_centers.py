@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core import reference_centers as module
 from refmesh_addon.core.check import Cancelled
-from refmesh_addon.core.reference_centers import largest_distances, reference_centers, rigidly_aligned, smacof, stress
+from refmesh_addon.core.reference_centers import largest_distances, near_weights, reference_centers, rigidly_aligned, smacof, stress
 
 from .shapes import QUARTER_TURN, TILT
 
@@ -172,3 +172,37 @@ def test_the_input_is_left_alone():
     before = frames.copy()
     reference_centers(frames)
     assert_array_equal(frames, before)
+
+
+def weighted(points, wanted, weights):
+    missed = wanted - distances(points)
+    return np.sqrt((weights * missed**2).sum())
+
+
+def test_near_pairs_are_kept_better_when_they_count_more():
+    frames = parting_frames()
+    wanted = largest_distances(frames)
+    plain, near = (reference_centers(frames, counted=counted).positions for counted in ("plain", "near"))
+    assert weighted(near, wanted, near_weights(wanted)) < weighted(plain, wanted, near_weights(wanted))
+    assert stress(near, wanted) >= stress(plain, wanted)
+
+
+def test_weighted_steps_same_as_with_the_pseudo_inverse(monkeypatch):
+    wanted, points = largest_distances(random_frames()), random_points(seed=5)
+    monkeypatch.setattr(module, "MOST_STEPS", 3)
+    weights = near_weights(wanted)
+    inverse = np.linalg.pinv(np.diag(weights.sum(axis=1)) - weights)
+    expected = points - points.mean(axis=0)
+    for _ in range(3):
+        ratio = np.divide(weights * wanted, distances(expected), out=np.zeros_like(wanted), where=weights > 0)
+        expected = inverse @ ((np.diag(ratio.sum(axis=1)) - ratio) @ expected)
+    assert_allclose(smacof(wanted, points, weights=weights), expected, atol=1e-10)
+    alike = 1.0 - np.eye(len(points))
+    assert_allclose(smacof(wanted, points, weights=alike), smacof(wanted, points), atol=1e-10)
+
+
+def test_weights_do_not_depend_on_scale_or_coincidence():
+    wanted = distances(random_frames()[0])
+    assert_allclose(near_weights(1e3 * wanted), near_weights(wanted), rtol=1e-12)
+    assert near_weights(wanted).mean() == pytest.approx(1.0)
+    assert np.isfinite(near_weights(np.zeros((4, 4)))).all()

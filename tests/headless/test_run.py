@@ -60,6 +60,8 @@ def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
         (["box"], "--output"),
         (["box", "--output", "out", "--centers", "3"], "--centers"),
         (["box", "--output", "out", "--smoothness", "much"], "--smoothness"),
+        (["box", "--output", "out", "--centers", "auto"], "--centers"),
+        (["box", "--output", "out", "--group-size", "many"], "auto or a number"),
         (["box", "--output", "out", "--mapping", "magic"], "--mapping"),
         (["box", "--output", "out", "--export", "fbx"], "--export"),
         (["box", "--output", "out", "--no-such-option"], "--no-such-option"),

@@ -8,7 +8,7 @@ import pytest
 from refmesh_addon.core.check import Cancelled
 from refmesh_addon.pipeline.environment import python_executable, worker_environment
 from refmesh_addon.pipeline.events import Event
-from refmesh_addon.pipeline.job import STAGES, JobSpec
+from refmesh_addon.pipeline.job import CHECK, STAGES, JobSpec
 from refmesh_addon.pipeline.worker import STAGE_WEIGHTS, Reporter
 
 from .conftest import TINY
@@ -55,7 +55,7 @@ def test_shares_grow_over_the_stages_wanted_and_end_at_one():
 
 
 def test_every_stage_has_a_weight():
-    assert set(STAGE_WEIGHTS) == set(STAGES)
+    assert set(STAGE_WEIGHTS) == {CHECK, *STAGES}
 
 
 def test_a_flood_of_progress_is_thinned_but_no_stage_is_lost():

@@ -1,0 +1,92 @@
+"""Where a take is cut into groups of frames that share a reference mesh.
+
+A group costs one hand-over, and more the more its bodies deform: the stress of its frames against the largest distances, over
+pairs of centers that belong together, since bodies that merely move serve one mesh well. A group in which bodies touch from its
+first frame to its last costs more again, because no frame of it shows them apart. The cheapest cuts of the whole take are found
+by dynamic programming. Where something appears or leaves there is a cut in any case.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+ACCEPTED = 0.02  # root mean square stress of a group's frames that costs as much as one more group
+STUCK_COST = 3.0  # groups that it is worth to see apart all that touches
+TOUCHING = 1.25  # distance, in s, below which centers of different bodies touch
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Pairs of centers that do not belong together and touch in some frame.
+
+    touching : (F, K) bool.
+    """
+
+    touching: np.ndarray
+
+    @classmethod
+    def of(cls, positions: np.ndarray, affinity: sparse.csr_matrix, spacing: float) -> Contacts:
+        """positions : (F, C, 3).  affinity : (C, C), zero where centers do not belong together.  spacing : s, scene units."""
+        count = positions.shape[1]
+        kin = set(_keys(sparse.triu(affinity, 1).tocoo(), count))
+        near = [_close(centers, TOUCHING * spacing, count) for centers in positions]
+        pairs = np.array(sorted(set().union(*near) - kin), dtype=np.int64)
+        return cls(np.array([np.isin(pairs, sorted(frame)) for frame in near]).reshape(len(positions), len(pairs)))
+
+    def stuck(self, start: int, stop: int) -> float:
+        """Pairs that touch in every frame from start to stop, as a share of the most that ever touch in one frame."""
+        most = self.touching.sum(axis=1).max(initial=0)
+        return float(self.touching[start:stop].all(axis=0).sum() / most) if most else 0.0
+
+
+def content_groups(
+    positions: np.ndarray, affinity: sparse.csr_matrix, spacing: float, longest: int, cuts: tuple[int, ...] = ()
+) -> list[tuple[int, ...]]:
+    """Groups of consecutive frames, as tuples of indices, none longer than `longest`.
+
+    positions : (F, C, 3) tracked centers.  affinity : (C, C) weights.  spacing : s.  cuts : frames at which a group must begin.
+    Raises ValueError for a longest group below 1.
+    """
+    if longest < 1:
+        raise ValueError(f"a group needs at least one frame; got {longest}")
+    count = len(positions)
+    contacts = Contacts.of(positions, affinity, spacing)
+    kin = sparse.triu(affinity, 1).tocoo()
+    distances = np.array([np.linalg.norm(centers[kin.row] - centers[kin.col], axis=1) for centers in positions])
+    cheapest, start_of = np.full(count + 1, np.inf), np.zeros(count + 1, dtype=int)
+    cheapest[0] = 0.0
+    for start in range(count):
+        end = min([start + longest, count, *(cut for cut in cuts if cut > start)])
+        for stop, misfit in enumerate(_misfits(distances[start:end]), start + 1):
+            cost = cheapest[start] + 1.0 + misfit + STUCK_COST * contacts.stuck(start, stop)
+            if cost < cheapest[stop]:
+                cheapest[stop], start_of[stop] = cost, start
+    groups, stop = [], count
+    while stop:
+        groups.append(tuple(range(start_of[stop], stop)))
+        stop = start_of[stop]
+    return groups[::-1]
+
+
+def _misfits(distances: np.ndarray) -> np.ndarray:
+    """(F,) cost of a group of the first 1, 2, ... of (F, P) frames: their squared stress against the largest distances."""
+    result, largest = np.zeros(len(distances)), np.zeros(distances.shape[1])
+    for last, now in enumerate(distances):
+        largest = np.maximum(largest, now)
+        total = max(float(largest @ largest), np.finfo(float).tiny)
+        missed = largest - distances[: last + 1]
+        result[last] = np.einsum("fp,fp->", missed, missed) / total / (last + 1) / ACCEPTED**2
+    return result
+
+
+def _close(centers: np.ndarray, reach: float, count: int) -> set[int]:
+    first, second = cKDTree(centers).query_pairs(reach, output_type="ndarray").T
+    return set((first.astype(np.int64) * count + second).tolist())
+
+
+def _keys(pairs: sparse.coo_matrix, count: int) -> list[int]:
+    return (pairs.row.astype(np.int64) * count + pairs.col).tolist()
