@@ -94,7 +94,10 @@ class ReferenceSettings:
         high=1.0,
     )
     poisson_depth: int = option(
-        0, "Octree depth of the screened Poisson reconstruction; 0 (auto) takes it from the triangle budget", low=0, high=12
+        0,
+        "Screened Poisson reconstruction on 2^depth cells along the longest side; 0 (auto) takes it from the triangle budget",
+        low=0,
+        high=12,
     )
     triangles: int = option(
         0, "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames", low=0, high=5_000_000

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..core.check import RefMeshError
 
-PACKAGES = ("numpy", "scipy", "trimesh", "pymeshlab", "tqdm")
+PACKAGES = ("numpy", "scipy", "trimesh", "tqdm")
 PACKAGE_ROOT = Path(__file__).resolve().parents[2]  # the folder that holds refmesh_addon
 # What could make the worker's Python look elsewhere than its parent does.
 _LEFT_OUT = ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONINSPECT")
@@ -60,7 +60,7 @@ def package_folders() -> list[str]:
     """Folders to import PACKAGES from, in the order of `sys.path`, found without importing them."""
     found = {folder for name in PACKAGES for folder in _folders_of(name)}
     on_path = [folder for folder in sys.path if folder in found]
-    return on_path + sorted(found.difference(on_path)) + _unpacked_wrongly()
+    return on_path + sorted(found.difference(on_path))
 
 
 def _folders_of(name: str) -> list[str]:
@@ -71,9 +71,3 @@ def _folders_of(name: str) -> list[str]:
     if spec is None or spec.origin is None:
         return []
     return [str(Path(folder).parent) for folder in spec.submodule_search_locations or ()]
-
-
-def _unpacked_wrongly() -> list[str]:
-    """Code that Blender up to 4.4 leaves in `NAME.data/purelib` or `platlib` when it unpacks a wheel."""
-    sites = [Path(folder) for folder in sys.path if Path(folder).name in ("site-packages", "dist-packages")]
-    return [str(path) for site in sites for path in sorted(site.glob("*.data/p*lib")) if path.name in ("purelib", "platlib")]

@@ -19,7 +19,6 @@ NEEDED = {
     "numpy": ("1.26", "nothing works"),
     "scipy": ("1.15", "tracking, reference meshes and deformation do not work"),
     "trimesh": ("4.5", "files other than OBJ cannot be read"),
-    "pymeshlab": ("2023.12", "reference meshes and deformation do not work"),
     "tqdm": ("4.60", "jobs in background mode do not work"),
 }
 TIME_LIMIT = 60.0  # seconds for one look; loading everything takes one or two

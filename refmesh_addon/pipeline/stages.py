@@ -13,7 +13,10 @@ from ..core.alignment import AnchorFrame, align
 from ..core.closest_point import SurfaceIndex
 from ..core.mapping import FrameMap
 from ..core.progress import Progress, ignore
+from ..core.reconstruction import screened_poisson
 from ..core.reference_centers import ReferenceCenters, reference_centers
+from ..core.remeshing import remeshed
+from ..core.self_intersection import crossing_triangles
 from ..core.settings import ReferenceSettings
 from ..core.types import TriangleMesh
 
@@ -75,12 +78,10 @@ def build_reference(
     points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int
 ) -> dict[str, np.ndarray]:
     """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
-    from ..backends.meshlab import remeshed, screened_poisson, self_intersections  # only in the process that needs it
-
     depth = depth or reference_mesh.reconstruction_depth(anchor_mesh, triangles)
     surface = reference_mesh.supported(screened_poisson(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)
-    return {"vertices": mesh.vertices, "triangles": mesh.triangles, "self_intersections": np.int64(self_intersections(mesh))}
+    return {"vertices": mesh.vertices, "triangles": mesh.triangles, "self_intersections": np.int64(crossing_triangles(mesh).sum())}
 
 
 def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> tuple[metrics.TwoSidedDistance, np.ndarray]:

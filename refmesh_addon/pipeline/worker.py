@@ -73,7 +73,7 @@ def main(job_file: str) -> None:
     send(outcome)
     sys.stdout.flush()
     sys.stderr.flush()
-    # Without the interpreter's own ending: Qt, which pymeshlab brings, has crashed in it.
+    # Without the interpreter's own ending, so that nothing a library does there can spoil a job that is done.
     os._exit(0 if outcome.kind == "done" else 1)
 
 
@@ -118,7 +118,7 @@ def _missing(error: ImportError, log: Path) -> str:
     if isinstance(error, ModuleNotFoundError) and package:
         install = f"'{sys.executable} -m pip install {package}'"
         return f"the Python package '{package}' is missing: install the RefMesh extension, or run {install}"
-    return f"a package cannot be loaded: {_one_line(error)}; on Debian 'apt install libgl1 libopengl0' helps pymeshlab (details in {log})"
+    return f"a package cannot be loaded: {_one_line(error)} (details in {log})"
 
 
 def _log(spec: JobSpec) -> Path:

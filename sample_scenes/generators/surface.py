@@ -6,12 +6,12 @@ One vertex for each patch of surface in a cell, one quad for each crossed grid e
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial.transform import Rotation
 
+from refmesh_addon.core.dual_cubes import EDGES, patches, split_quads
+from refmesh_addon.core.sparse_grid import CORNERS
 from refmesh_addon.core.types import TriangleMesh
 
 from .shapes import Field
@@ -39,7 +39,7 @@ def iso_surface(field: Field, center: np.ndarray, reach: float, cell: float, rng
     vertices = turn.apply(places * cell + corner) + center
     for _ in range(EVEN_ROUNDS):
         vertices = _pulled_onto_surface(field, _means_of_neighbours(vertices, quads), cell)
-    return TriangleMesh(vertices, _split(quads, vertices))
+    return TriangleMesh(vertices, split_quads(quads, vertices))
 
 
 def _dual_quads(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -56,7 +56,7 @@ def _dual_quads(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         cells = edges[:, None] - np.array([side + other, other, 0, side])  # counter-clockwise seen from the edge's far end
         local_edges = 4 * axis + np.array([3, 2, 0, 1])
         cases = inside[cells[:, :, None] + corner_steps] @ (1 << np.arange(8))
-        around = len(EDGES) * cells + _patches()[cases, local_edges]
+        around = len(EDGES) * cells + patches()[cases, local_edges]
         owners.append(around.ravel())
         places.append(np.repeat(place, 4, axis=0))
         quads.append(np.where(inside[edges, None], around, around[:, ::-1]))
@@ -64,38 +64,6 @@ def _dual_quads(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     place = np.concatenate(places)
     sums = np.column_stack([np.bincount(owner, weights=place[:, k]) for k in range(3)])
     return sums / np.bincount(owner)[:, None], np.searchsorted(keys, np.concatenate(quads))
-
-
-def _edge_ends(axis: int, a: int, b: int) -> frozenset[int]:
-    start = a << (axis + 1) % 3 | b << (axis + 2) % 3
-    return frozenset({start, start | 1 << axis})
-
-
-# A cell's corner k lies at bit 0, 1 and 2 of k along the three axes.
-# Its edge 4 * axis + a + 2 * b runs along that axis, at a along the next axis and b along the one after.
-CORNERS = np.array([[corner & 1, corner >> 1 & 1, corner >> 2] for corner in range(8)])
-EDGES = [_edge_ends(axis, a, b) for axis in range(3) for b in (0, 1) for a in (0, 1)]
-FACES = [frozenset(np.flatnonzero(CORNERS[:, axis] == end).tolist()) for axis in range(3) for end in (0, 1)]
-
-
-@cache
-def _patches() -> np.ndarray:
-    """(256, 12): for each pattern of inside corners, a number for each edge of the cell, equal where one patch of surface crosses both.
-
-    A face with inside corners at opposite ends is cut so that these are apart; the two cells at the face agree on that.
-    """
-    table = np.empty((256, 12), dtype=np.int64)
-    for case in range(256):
-        inside = {corner for corner in range(8) if case >> corner & 1}
-        patch = list(range(12))
-        for face in FACES:
-            crossed = [edge for edge, ends in enumerate(EDGES) if ends <= face and len(ends & inside) == 1]
-            cut_off = [[edge for edge in crossed if corner in EDGES[edge]] for corner in face & inside]
-            for group in cut_off if len(crossed) == 4 else [crossed]:
-                joined = {patch[edge] for edge in group}
-                patch = [min(joined) if number in joined else number for number in patch]
-        table[case] = patch
-    return table
 
 
 def _means_of_neighbours(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
@@ -112,11 +80,3 @@ def _pulled_onto_surface(field: Field, points: np.ndarray, cell: float) -> np.nd
         length = np.linalg.norm(move, axis=1, keepdims=True)
         points = points + move * np.minimum(1.0, 0.5 * cell / np.maximum(length, 1e-300))  # at most half a cell: creases have no slope
     return points
-
-
-def _split(quads: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """Each quad as two triangles along its shorter diagonal, (2 Q, 3)."""
-    a, b, c, d = quads.T
-    first = np.linalg.norm(vertices[a] - vertices[c], axis=1) <= np.linalg.norm(vertices[b] - vertices[d], axis=1)
-    halves = np.where(first[:, None], np.column_stack([a, b, c, a, c, d]), np.column_stack([a, b, d, b, c, d]))
-    return halves.reshape(-1, 3)

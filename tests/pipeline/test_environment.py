@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.pipeline.environment import PACKAGE_ROOT, package_folders, python_executable, worker_environment
+from refmesh_addon.pipeline.environment import PACKAGE_ROOT, python_executable, worker_environment
 
 LOOK = """
 import json, numpy, scipy, trimesh, refmesh_addon
@@ -60,12 +60,3 @@ def test_no_python_at_all_is_told_in_words(monkeypatch, tmp_path):
         monkeypatch.setattr(sys, name, str(tmp_path))
     with pytest.raises(RefMeshError, match="no Python executable found"):
         python_executable()
-
-
-def test_wheels_that_old_blender_unpacks_wrongly_are_found(monkeypatch, tmp_path):
-    site = tmp_path / "site-packages"
-    for scheme in ("purelib", "platlib", "scripts"):
-        (site / "pymeshlab-1.0.data" / scheme).mkdir(parents=True)
-    monkeypatch.syspath_prepend(str(site))
-    unpacked = [Path(folder).name for folder in package_folders() if folder.startswith(str(site))]
-    assert unpacked == ["platlib", "purelib"]

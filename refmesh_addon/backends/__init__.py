@@ -1,1 +1,0 @@
-"""Compiled helpers behind one function each, imported late and only in the worker process."""

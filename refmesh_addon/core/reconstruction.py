@@ -1,0 +1,36 @@
+"""A closed surface through oriented points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .check import RefMeshError
+from .dual_cubes import zero_surface
+from .geometry import vertex_components
+from .poisson import solve_screened_poisson
+from .reference_mesh import PADDING
+from .types import TriangleMesh
+
+SPECK = 30  # vertices; a component with fewer is a few cells across, which is below what the cells resolve
+
+
+def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> TriangleMesh:
+    """Screened Poisson reconstruction (Kazhdan & Hoppe 2013) of (P, 3) points with (P, 3) outward unit normals; closed.
+
+    depth : cells are the longest side of the points, padded, / 2^depth.
+    Raises RefMeshError when there is no surface.
+    """
+    side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    found = zero_surface(*solve_screened_poisson(points, normals, PADDING * side / 2**depth)) if side > 0 else None
+    if found is not None and len(found.triangles):
+        found = _without_specks(found)
+    if found is None or not len(found.triangles):
+        raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")
+    return found
+
+
+def _without_specks(mesh: TriangleMesh) -> TriangleMesh:
+    _, component = vertex_components(mesh)
+    kept = np.bincount(component)[component] >= SPECK
+    number = np.cumsum(kept) - 1
+    return TriangleMesh(mesh.vertices[kept], number[mesh.triangles[kept[mesh.triangles[:, 0]]]])
