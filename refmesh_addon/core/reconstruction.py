@@ -11,7 +11,7 @@ from .poisson import solve_screened_poisson
 from .reference_mesh import PADDING
 from .types import TriangleMesh
 
-SPECK = 30  # vertices; a component with fewer is a few cells across, which is below what the cells resolve
+SPECK = 10.0  # cells; a component that encloses less, body or hollow, is below what the cells resolve
 
 
 def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> TriangleMesh:
@@ -21,16 +21,19 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
     Raises RefMeshError when there is no surface.
     """
     side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-    found = zero_surface(*solve_screened_poisson(points, normals, PADDING * side / 2**depth)) if side > 0 else None
+    cell = PADDING * side / 2**depth
+    found = zero_surface(*solve_screened_poisson(points, normals, cell)) if side > 0 else None
     if found is not None and len(found.triangles):
-        found = _without_specks(found)
+        found = _without_specks(found, cell)
     if found is None or not len(found.triangles):
         raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")
     return found
 
 
-def _without_specks(mesh: TriangleMesh) -> TriangleMesh:
-    _, component = vertex_components(mesh)
-    kept = np.bincount(component)[component] >= SPECK
+def _without_specks(mesh: TriangleMesh, cell: float) -> TriangleMesh:
+    count, component = vertex_components(mesh)
+    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.triangles].transpose(1, 0, 2) / cell
+    enclosed = np.bincount(component[mesh.triangles[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, count)
+    kept = (np.abs(enclosed) >= SPECK)[component]
     number = np.cumsum(kept) - 1
     return TriangleMesh(mesh.vertices[kept], number[mesh.triangles[kept[mesh.triangles[:, 0]]]])

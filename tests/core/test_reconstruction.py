@@ -32,6 +32,23 @@ def test_a_hole_in_the_points_is_closed():
     assert signed_volume(found) == pytest.approx(signed_volume(BODIES["ball"]), rel=0.04)
 
 
+def test_a_thin_gap_between_stray_layers_inside_leaves_no_hollow():
+    """As frames leave it that place a fold differently: two small layers that face each other, nearer than a cell."""
+    points, normals = oriented_points(BODIES["ball"])
+    cell, rng = 2.2 / 2**DEPTH, np.random.default_rng(0)
+    layer = np.column_stack([rng.uniform(-2.5, 2.5, (60, 2)), np.repeat([-0.3, 0.3], 30)]) * cell
+    inward = np.column_stack([np.zeros((60, 2)), -np.sign(layer[:, 2])])
+    found = screened_poisson(np.concatenate([points, layer]), np.concatenate([normals, inward]), DEPTH)
+    assert vertex_components(found)[0] == 1
+
+
+def test_a_real_hollow_is_kept():
+    points, normals = oriented_points(BODIES["ball"])
+    found = screened_poisson(np.concatenate([points, 0.4 * points]), np.concatenate([normals, -normals]), DEPTH)
+    assert vertex_components(found)[0] == 2
+    assert signed_volume(found) == pytest.approx((1 - 0.4**3) * signed_volume(BODIES["ball"]), rel=0.03)
+
+
 def test_noise_is_averaged():
     """Points a third of a cell off on either side give a surface that is much nearer to the truth than they are."""
     body, rng = BODIES["ball"], np.random.default_rng(1)
