@@ -11,6 +11,7 @@ Exit code: 0 when everything asked for was written, 1 when something failed, 2 w
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import sys
 from pathlib import Path
@@ -21,6 +22,7 @@ EXIT_FAILED, EXIT_USAGE = 1, 2
 STEPS = ("import_sequence", "run_all")  # the operators whose arguments become options
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
 AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
+CHECK_TEXT, CHECK_DATA = "sequence_check.txt", "sequence_check.json"  # in OUT
 NOT_RESULTS = "cache"  # folder in OUT that only helps the next run
 
 
@@ -49,9 +51,20 @@ def main() -> int:
     finally:
         if checkout:
             checkout.unregister()  # some versions of bpy crash or hang at their end when handlers are left
+    if arguments["check"]:
+        return tell_findings(arguments, stdout)
     if not arguments["quiet"]:
         print(*written(arguments), sep="\n", file=stdout, flush=True)
     return 0
+
+
+def tell_findings(arguments: dict, stdout: TextIO) -> int:
+    """Prints what the check found; an error, which would stop the job, gives the exit code of a failure."""
+    output = Path(arguments["output"])
+    if not arguments["quiet"]:
+        print((output / CHECK_TEXT).read_text(encoding="utf-8"), end="", file=stdout, flush=True)
+    findings = json.loads((output / CHECK_DATA).read_text(encoding="utf-8"))["findings"]
+    return EXIT_FAILED if any(finding["severity"] == "error" for finding in findings) else 0
 
 
 def fail(message: str) -> int:
@@ -98,6 +111,9 @@ def make_parser(bpy) -> argparse.ArgumentParser:
         "--export", action="append", default=[], choices=formats.keys(), help=f"{choices_in_words(formats)}; may be repeated"
     )
     parser.add_argument("--preview", metavar="FILE.png", help="picture of source, reference mesh and result")
+    parser.add_argument(
+        "--check", action="store_true", help="only look at every frame and print what is wrong; exit code 1 when the job would fail"
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
     return parser
 
@@ -152,8 +168,13 @@ def run(bpy, arguments: dict) -> None:
     """All steps, by operators and nothing else. Raises RuntimeError when one fails."""
     operators = bpy.ops.refmesh
     output = os.path.abspath(arguments["output"])
-    passed = {step: {name: arguments[name] for name in operator_arguments(bpy, step) if name in arguments} for step in STEPS}
+    passed = {
+        step: {name: arguments[name] for name in operator_arguments(bpy, step) if name in arguments} for step in (*STEPS, "check_sequence")
+    }
     operators.import_sequence(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_sequence"])
+    if arguments["check"]:
+        operators.check_sequence(output=output, quiet=arguments["quiet"], **passed["check_sequence"])
+        return
     for kind in arguments["export"]:
         operators.export(format=kind, only_check=True)  # before hours of work
     operators.run_all(output=output, quiet=arguments["quiet"], **passed["run_all"])

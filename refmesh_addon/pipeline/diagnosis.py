@@ -56,7 +56,7 @@ def look_at(number: int, path: Path, output: Path) -> FrameFigures:
         data = read_bytes(path)
         mesh = parse_mesh(data, path)
     except RefMeshError as error:
-        return FrameFigures(number, str(error).replace(f"{path}", path.name))
+        return FrameFigures(number, str(error).replace(f"{path}: ", ""))
     content = hashlib.blake2b(data, digest_size=16).hexdigest()
     figures = FrameFigures(number, content=content, missing_textures=missing_textures(data, path), **examine(mesh))
     entry = np.array(json.dumps(asdict(figures)))
