@@ -97,6 +97,13 @@ class RefMeshGroup(bpy.types.PropertyGroup):
     deformed: PointerProperty(type=bpy.types.Object, name="Deformed Mesh", description="Reference mesh as it moves through this group")
 
 
+def arrange_objects(state, context):
+    """Side by side or in one place, at once."""
+    from .bridge.groups import arrange
+
+    arrange(state.id_data)
+
+
 class RefMeshSequence(bpy.types.PropertyGroup):
     """State of one sequence, kept on its mesh object; its other objects carry only the pointer `sequence` to that one."""
 
@@ -119,6 +126,16 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that everything of this sequence hangs on")
     centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
     groups: CollectionProperty(type=RefMeshGroup)
+    arrangement: EnumProperty(
+        name="Arrangement",
+        description="Where reference mesh and result stand beside the source",
+        items=[
+            ("SIDE", "Side by Side", "Source with centers, reference mesh and result in a row"),
+            ("OVERLAY", "Overlaid", "All in one place, to see where they differ"),
+        ],
+        update=arrange_objects,
+    )
+    side_step: FloatProperty(name="Distance", description="Between source, reference mesh and result", options={"HIDDEN"})
     settings: PointerProperty(type=RefMeshSettings)
     results: StringProperty(
         name="Results", description="What the results were made with, as JSON: settings, frames, seconds of each step", options={"HIDDEN"}
@@ -149,9 +166,13 @@ def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Object.refmesh = PointerProperty(type=RefMeshSequence, name="RefMesh")
+    bpy.types.TimelineMarker.refmesh_sequence = PointerProperty(
+        type=bpy.types.Object, name="Sequence", description="The mesh-sequence object whose group of frames begins here"
+    )
 
 
 def unregister():
+    del bpy.types.TimelineMarker.refmesh_sequence
     del bpy.types.Object.refmesh
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -22,10 +22,11 @@ RADIUS_SHARE = 0.25  # of the center spacing: points stay apart, and what lies b
 DARKEST, BRIGHTEST = 0.05, 0.9  # linear; no point is black or glares
 
 
-def show_centers(owner: bpy.types.Object, positions: np.ndarray, cache: Path, first_scene_frame: int) -> None:
+def show_centers(owner: bpy.types.Object, positions: np.ndarray, cache: Path, first_scene_frame: int, apart: float | None = None) -> None:
     """Makes or refreshes the centers of the sequence object `owner`.
 
     positions : (C, 3), the centers in the first frame.  cache : PC2 file with one sample per scene frame.
+    apart : usual distance of neighbours, where it is known.
     """
     state = owner.refmesh
     material = attribute_material("RefMesh Centers", COLOR_NAME)
@@ -36,7 +37,7 @@ def show_centers(owner: bpy.types.Object, positions: np.ndarray, cache: Path, fi
     fill_points(centers.data, positions)
     set_colors(centers.data, colors_by_place(positions))
     play_cache(centers, cache, first_scene_frame)
-    _draw_as_points(centers, RADIUS_SHARE * spacing(positions), material)
+    _draw_as_points(centers, RADIUS_SHARE * (apart or spacing(positions)), material)
 
 
 def spacing(positions: np.ndarray) -> float:

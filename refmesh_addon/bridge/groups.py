@@ -48,12 +48,21 @@ def spans(owner: bpy.types.Object) -> list[tuple[int | None, int | None]]:
     return [(first, end) for _, first, end in zip(starts, firsts, ends)]
 
 
-def show_in_turn(owner: bpy.types.Object) -> None:
-    """Keys the groups so that each is visible in its own frames only."""
-    for group, (first, end) in zip(owner.refmesh.groups, spans(owner), strict=True):
-        for member in (group.reference, group.deformed):
+def show_in_turn(owner: bpy.types.Object, index: int) -> None:
+    """Keys the objects of a group so that they are visible in its own frames only."""
+    group = owner.refmesh.groups[index]
+    for member in (group.reference, group.deformed):
+        if member is not None:
+            show_only_between(member, *spans(owner)[index])
+
+
+def arrange(owner: bpy.types.Object) -> None:
+    """Source with its centers, reference and result side by side along the root's x, or all in one place."""
+    step = 0.0 if owner.refmesh.arrangement == "OVERLAY" else owner.refmesh.side_step
+    for group in owner.refmesh.groups:
+        for member, column in ((group.reference, 1), (group.deformed, 2)):
             if member is not None:
-                show_only_between(member, first, end)
+                member.location = (column * step, 0.0, 0.0)
 
 
 def remove_deformed(owner: bpy.types.Object) -> None:

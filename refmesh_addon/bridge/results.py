@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -17,12 +19,25 @@ from ..io.frame_range import parse_ranges, ranges_among
 from ..io.meshes import read_mesh
 from ..io.report import read_report
 from .centers import show_centers
-from .groups import remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .markers import show_markers
 from .playback import check_cache
 from .status import used_settings
 
 STAGES = tuple(stage.name for stage in fields(Settings))
 SIDE_STEP = 1.25  # distance of source, reference and result, in widths of the whole motion: they never overlap
+
+Part = Callable[[bpy.types.Object], None]
+
+
+@dataclass(frozen=True)
+class Results:
+    """What an output folder holds, read and checked. positions : (F, C, 3) centers.  meshes : of each group."""
+
+    folder: Path
+    report: dict
+    positions: np.ndarray
+    meshes: list[TriangleMesh]
 
 
 def show_results(owner: bpy.types.Object, folder: Path) -> None:
@@ -31,26 +46,60 @@ def show_results(owner: bpy.types.Object, folder: Path) -> None:
     Raises RefMeshError, naming the file, when results are missing, broken, or of another sequence; the scene is as
     before then.
     """
+    for part in parts(read_results(folder, known_frames(owner))):
+        part(owner)
+
+
+def known_frames(owner: bpy.types.Object) -> dict[int, int]:
+    """Number of each frame of a sequence -> the scene frame that shows it."""
+    return {int(frame.name): frame.scene_frame for frame in owner.refmesh.frames}
+
+
+def read_results(folder: Path, known: dict[int, int]) -> Results:
+    """All that `parts` shows; touches nothing of Blender, so that a thread may do it. Raises as `show_results` does."""
     report = read_report(folder)
-    scene_frames = _scene_frames(owner, report, folder)
-    positions = _read_positions(folder / "centers.npz")
-    centers_cache = folder / report["centers_playback"]
-    check_cache(centers_cache, positions.shape[1])
-    meshes = _read_references(folder, report["groups"])
-    show_centers(owner, positions[0], centers_cache, scene_frames[report["sequence"]["numbers"][0]])
-    _show_groups(owner, folder, report["groups"], meshes, scene_frames)
-    _arrange(owner, SIDE_STEP * float(np.ptp(positions[..., 0])))
-    _note_state(owner, report)
-
-
-def _scene_frames(owner: bpy.types.Object, report: dict, folder: Path) -> dict[int, int]:
-    known = {int(frame.name): frame.scene_frame for frame in owner.refmesh.frames}
     strangers = [number for number in report["sequence"]["numbers"] if number not in known]
     if strangers:
         raise RefMeshError(
             f"{folder / 'report.json'}: has frame {strangers[0]}, which this sequence has not; choose the results of this sequence"
         )
-    return known
+    positions = _read_positions(folder / "centers.npz")
+    check_cache(folder / report["centers_playback"], positions.shape[1])
+    return Results(folder, report, positions, _read_references(folder, report["groups"]))
+
+
+def parts(results: Results) -> Iterator[Part]:
+    """The work of showing results, cut into pieces of some hundredths of a second. Each is called with the sequence object.
+
+    It is asked for anew for every piece, so that an undo in between does no harm.
+    """
+    groups = results.report["groups"]
+    yield lambda owner: _show_centers(owner, results)
+    yield lambda owner: resize_groups(owner, len(groups))
+    for index, group in enumerate(groups):
+        yield partial(_show_reference, results=results, index=index)
+        if group.get("playback"):
+            yield partial(_show_deformed, results=results, index=index)
+    if not all(group.get("playback") for group in groups):
+        yield remove_deformed
+    yield from (partial(show_in_turn, index=index) for index in range(len(groups)))
+    yield lambda owner: _note_state(owner, results)
+
+
+def _show_centers(owner: bpy.types.Object, results: Results) -> None:
+    report = results.report
+    first = known_frames(owner)[report["sequence"]["numbers"][0]]
+    spacing = report["tracking"].get("center_spacing")
+    show_centers(owner, results.positions[0], results.folder / report["centers_playback"], first, spacing)
+
+
+def _show_reference(owner: bpy.types.Object, results: Results, index: int) -> None:
+    owner.refmesh.groups[index].start = known_frames(owner)[results.report["groups"][index]["frames"][0]]
+    show_reference(owner, index, results.meshes[index])
+
+
+def _show_deformed(owner: bpy.types.Object, results: Results, index: int) -> None:
+    show_deformed(owner, index, results.meshes[index], results.folder / results.report["groups"][index]["playback"])
 
 
 def _read_positions(path: Path) -> np.ndarray:
@@ -68,30 +117,11 @@ def _read_references(folder: Path, groups: list[dict]) -> list[TriangleMesh]:
     return meshes
 
 
-def _show_groups(
-    owner: bpy.types.Object, folder: Path, groups: list[dict], meshes: list[TriangleMesh], scene_frames: dict[int, int]
-) -> None:
-    resize_groups(owner, len(groups))
-    for index, (group, mesh) in enumerate(zip(groups, meshes)):
-        owner.refmesh.groups[index].start = scene_frames[group["frames"][0]]
-        show_reference(owner, index, mesh)
-        if group.get("playback"):
-            show_deformed(owner, index, mesh, folder / group["playback"])
-    if not all(group.get("playback") for group in groups):
-        remove_deformed(owner)
-    show_in_turn(owner)
-
-
-def _arrange(owner: bpy.types.Object, step: float) -> None:
-    """Source and its centers, reference and result side by side along the root's x."""
-    for group in owner.refmesh.groups:
-        for member, column in ((group.reference, 1), (group.deformed, 2)):
-            if member is not None:
-                member.location = (column * step, 0.0, 0.0)
-
-
-def _note_state(owner: bpy.types.Object, report: dict) -> None:
-    state = owner.refmesh
+def _note_state(owner: bpy.types.Object, results: Results) -> None:
+    state, report = owner.refmesh, results.report
+    state.side_step = SIDE_STEP * float(np.ptp(results.positions[..., 0]))
+    arrange(owner)
+    show_markers(owner, [group["frames"] for group in report["groups"]])
     measured = {str(frame["number"]): frame["source_to_deformed"]["mean"] for frame in report["frames"] if frame.get("source_to_deformed")}
     for frame in state.frames:
         if frame.name in measured:

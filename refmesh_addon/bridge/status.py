@@ -59,7 +59,8 @@ def _first_change(results: dict, stage: str, settings: dict[str, object], frames
     if results["frames"] != frames:
         return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"
     for name, names in STAGES.items():
-        for setting in names:
+        # Where tracking starts anew with each group, it depends on the groups too.
+        for setting in [*names, "group_size"] if settings.get("tracking") == "group" else names:
             then, now = results["settings"].get(setting), settings.get(setting)
             if then != now:
                 return f"{setting.replace('_', ' ')} was {then}, is {now} now"

@@ -16,7 +16,10 @@ surfaces, missing textures. Prepares the frames for smooth playback on the way""
     bl_label = "Check Frames"
     until = "sequence"
 
-    def show(self, owner):
+    def parts(self):
+        yield self._show
+
+    def _show(self, owner):
         state = owner.refmesh
         output = absolute(state.output)
         findings = read_findings(output)

@@ -1,5 +1,8 @@
 """Jobs: the pipeline in a process of its own, with a window that stays alive or a bar on stderr."""
 
+import time
+from concurrent.futures import ThreadPoolExecutor
+
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
@@ -10,6 +13,7 @@ from .modal import POLL_INTERVAL, ModalOperator
 from .progress import Clock, progress_bar
 from .settings import chosen_settings, preset_property
 
+SHOWING = 0.02  # seconds that showing results may hold the window at a time
 # Arguments hold for one call: without this, Blender would repeat the last ones when the button is pressed again.
 ONCE = {"options": {"SKIP_SAVE"}}
 
@@ -40,19 +44,20 @@ class JobOperator(ModalOperator, SequenceOperator):
         owner = sequence_object(context)
         spec = self._spec(owner.refmesh)
         self._owner = owner.session_uid  # an undo while the job runs makes new Python objects of everything
-        self._worker = WorkerProcess(spec)
+        self._worker, self._parts = WorkerProcess(spec), None
         self._remember(owner.refmesh, spec)
         return self._wait() if bpy.app.background else self._start(context)
 
     def modal(self, context, event):
+        if self._parts is not None:
+            return self._show_some(context) if event.type == "TIMER" else {"PASS_THROUGH"}
         if event.type == "ESC" or self.cancel_wanted:
             self._worker.cancel()
         if event.type != "TIMER":
             return {"RUNNING_MODAL"} if event.type == "ESC" else {"PASS_THROUGH"}
         for news in self._worker.poll():
             if news.is_final:
-                self.end_modal(context)
-                return self._finish(news)
+                return self._after(context, news)
             self._note(news)
             self.show_status(context, self._clock.describe(news))
         return {"PASS_THROUGH"}
@@ -83,16 +88,6 @@ class JobOperator(ModalOperator, SequenceOperator):
         if self.output:
             state.output = spec.output
 
-    def _wait(self):
-        with progress_bar(self.quiet) as advance:
-            try:
-                for event in self._worker.events():
-                    advance(event)
-                    self._note(event)
-            finally:
-                self._worker.cancel()  # an interrupted script leaves no worker; one that has ended does not mind
-        return self._finish(event)
-
     def _start(self, context):
         self._clock = Clock()
         return self.start_modal(context, POLL_INTERVAL)
@@ -102,21 +97,67 @@ class JobOperator(ModalOperator, SequenceOperator):
             self.report({"WARNING"}, event.message)
         self.share = event.share
 
+    def _wait(self):
+        with progress_bar(self.quiet) as advance:
+            try:
+                for event in self._worker.events():
+                    advance(event)
+                    self._note(event)
+            finally:
+                self._worker.cancel()  # an interrupted script leaves no worker; one that has ended does not mind
+        if not self._succeeded(event):
+            return {"CANCELLED"}
+        for part in self.parts():
+            part(self._sequence())
+        return {"FINISHED"}
+
     @reporting
-    def _finish(self, event):
+    def _after(self, context, event):
+        """The worker has ended: what it wrote is shown piece by piece, so that the window stays alive."""
+        if event.kind != "done":
+            self.end_modal(context)
+        if not self._succeeded(event):
+            return {"CANCELLED"}
+        self._parts = self.parts()
+        self.show_status(context, "showing results")
+        return {"PASS_THROUGH"}
+
+    @reporting
+    def _show_some(self, context):
+        until = time.monotonic() + SHOWING
+        try:
+            for part in self._parts:
+                if part is not None:
+                    part(self._sequence())
+                if part is None or time.monotonic() > until:
+                    return {"PASS_THROUGH"}
+        except BaseException:
+            self.end_modal(context)
+            raise
+        self.end_modal(context)
+        return {"FINISHED"}
+
+    def _succeeded(self, event) -> bool:
         if event.kind == "failed":
             raise RefMeshError(event.message)
         if event.kind == "cancelled":
             self.report({"WARNING"}, "cancelled; what is finished is kept, and the same step goes on from there")
-            return {"CANCELLED"}
+        return event.kind == "done"
+
+    def _sequence(self):
         owner = next((candidate for candidate in bpy.data.objects if candidate.session_uid == self._owner), None)
         if owner is None:
             raise RefMeshError("the mesh sequence is gone from the scene; its results are in the output folder")
-        self.show(owner)
-        return {"FINISHED"}
+        return owner
 
-    def show(self, owner):
-        """What the job wrote, in the scene."""
-        from ..bridge.results import show_results
+    def parts(self):
+        """Pieces of work that show in the scene what the job wrote; each is called with the sequence object; None means wait."""
+        from ..bridge.results import known_frames, parts, read_results
 
-        show_results(owner, absolute(owner.refmesh.output))
+        owner = self._sequence()
+        with ThreadPoolExecutor(1) as thread:  # files are read while the window is drawn
+            reading = thread.submit(read_results, absolute(owner.refmesh.output), known_frames(owner))
+            while not bpy.app.background and not reading.done():
+                yield None
+            results = reading.result()
+        yield from parts(results)

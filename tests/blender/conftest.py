@@ -113,7 +113,15 @@ def _write_group(out: Path, report: Report, index: int, numbers: tuple[int, ...]
     write_pc2(out / group.playback, [place(mesh.vertices, number) for number in numbers], len(mesh.vertices), len(numbers))
     for number in numbers:
         distances = Distances(0.001 * number, 0.002, 0.003, 0.004)
-        frame = FrameReport(number, index, f"deformed/frame_{number:04d}.ply", 0.0, 0.0, 0.0, distances, distances, 60.0, 70.0)
+        frame = FrameReport(
+            number,
+            index,
+            f"deformed/frame_{number:04d}.ply",
+            source_to_deformed=distances,
+            deformed_to_source=distances,
+            d1_psnr=60.0,
+            d2_psnr=70.0,
+        )
         colors = error_colors(0.002 * (1 + mesh.vertices[:, 1]))
         write_ply(out / frame.deformed, mesh.moved(place(mesh.vertices, number)), colors)
         report.frames.append(frame)

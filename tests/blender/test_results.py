@@ -74,6 +74,26 @@ def test_source_reference_and_result_stand_side_by_side(solved):
     assert spans[0][1] < spans[1][0] and spans[1][1] < spans[2][0]
 
 
+def test_one_switch_lays_everything_in_one_place(solved):
+    solved.refmesh.arrangement = "OVERLAY"
+    group = solved.refmesh.groups[0]
+    assert group.reference.location.x == group.deformed.location.x == 0
+    solved.refmesh.arrangement = "SIDE"
+    assert 0 < group.reference.location.x < group.deformed.location.x
+
+
+def test_groups_are_named_markers_that_are_kept_up_to_date(blender, solved, results):
+    markers = blender.context.scene.timeline_markers
+    markers.new("my own", frame=6)
+    assert [(marker.name, marker.frame) for marker in markers] == [("ball 6-8", 6), ("ball 10-11", 10), ("my own", 6)]
+    markers["ball 10-11"].name = "landing"
+    blender.ops.refmesh.load_results()
+    assert sorted((marker.name, marker.frame) for marker in markers) == [("ball 6-8", 6), ("landing", 10), ("my own", 6)]
+    edit_report(results, lambda report: report["groups"].pop())
+    blender.ops.refmesh.load_results()
+    assert sorted(marker.name for marker in markers) == ["ball 6-8", "my own"]
+
+
 def test_loading_again_refreshes_what_is_there(blender, solved, results):
     before = {kind: len(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "materials", "actions", "node_groups", "collections")}
     solved.refmesh.groups[0].deformed.name = "my name"

@@ -1,0 +1,80 @@
+"""What the panel says of each step: never run, up to date, or stale and why."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from refmesh_addon.bridge.status import STAGES, first_to_run, step_status, used_settings
+from refmesh_addon.ui.layout import seconds_in_words
+
+
+def kinds(state) -> list[str]:
+    return [step_status(state, stage).kind for stage in STAGES]
+
+
+def test_nothing_ran_yet(ball):
+    assert kinds(ball.refmesh) == ["never"] * 4
+    assert first_to_run(ball.refmesh, "evaluation") == "Track"
+
+
+def test_loaded_results_are_up_to_date(solved):
+    assert kinds(solved.refmesh) == ["current"] * 4 and first_to_run(solved.refmesh, "evaluation") == ""
+
+
+@pytest.mark.parametrize(
+    "setting, value, expected",
+    [
+        ("centers", 77, "stale stale stale stale"),
+        ("mapping", "rbf", "current stale stale stale"),
+        ("fit_rounds", 2, "current current stale stale"),
+        ("samples", 200, "current current current stale"),
+    ],
+)
+def test_a_changed_setting_makes_stale_what_depends_on_it(solved, setting, value, expected):
+    state = solved.refmesh
+    before = getattr(state.settings, setting)
+    setattr(state.settings, setting, value)
+    assert kinds(state) == expected.split()
+    stale = next(step_status(state, stage) for stage in STAGES if step_status(state, stage).kind == "stale")
+    assert f"{setting.replace('_', ' ')} was {before}, is {value} now" in stale.words
+    setattr(state.settings, setting, before)
+    assert kinds(state) == ["current"] * 4
+
+
+def test_another_choice_of_frames_makes_everything_stale(solved):
+    solved.refmesh.frame_selection = "6-8"
+    assert kinds(solved.refmesh) == ["stale"] * 4
+
+
+def test_groups_matter_to_tracking_where_it_starts_anew_with_each(solved):
+    state = solved.refmesh
+    results = json.loads(state.results)
+    state.settings.tracking = results["settings"]["tracking"] = "group"
+    state.results = json.dumps(results)
+    state.settings.group_size = 3
+    assert kinds(state) == ["stale"] * 4
+
+
+def test_a_step_taken_from_the_cache_keeps_its_time(solved):
+    state = solved.refmesh
+    settings = state.settings.to_flat()
+    state.results = used_settings(state, {"tracking": 12.0, "reference": 5.0}, settings)
+    state.results = used_settings(state, {"tracking": 0.1, "reference": 0.2, "deformation": 3.0}, settings | {"mapping": "rbf"})
+    assert json.loads(state.results)["seconds"] == {"tracking": 12.0, "reference": 0.2, "deformation": 3.0}
+
+
+def test_results_of_some_frames_choose_those_frames(blender, ball, results):
+    report = json.loads((results / "report.json").read_text())
+    report["sequence"]["numbers"] = [6, 7, 8, 11]
+    (results / "report.json").write_text(json.dumps(report))
+    blender.ops.refmesh.load_results(output=str(results))
+    assert ball.refmesh.frame_selection == "6-8,11" and kinds(ball.refmesh) == ["current"] * 4
+    ball.refmesh.frame_selection = "6,7-8,11"
+    blender.ops.refmesh.load_results(output=str(results))
+    assert ball.refmesh.frame_selection == "6,7-8,11"
+
+
+def test_times_in_words():
+    assert [seconds_in_words(seconds) for seconds in (0.42, 12.3, 80, 3601)] == ["0.4 s", "12 s", "1:20 min", "60:01 min"]
