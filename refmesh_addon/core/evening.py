@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from .closest_point import SurfaceIndex
-from .geometry import normalized, triangle_normals, vertex_normals
+from .geometry import normalized, triangle_areas, triangle_normals
 from .types import TriangleMesh
 
 ROUNDS = 2  # of flips and smoothing; more of them even out what the collapses had fitted to the shape
@@ -18,7 +18,7 @@ FLIPS = 3  # passes of flips in a round
 FLATNESS = 0.8  # least cosine between the two triangles of an edge that is flipped, and between theirs before and after
 LEAST_GAIN = 0.02  # of the worse of the two qualities
 STEP = 0.5  # share of the way to the middle of the neighbours
-CREASE = 0.7  # cosine between triangle and vertex normal below which a vertex lies on a crease and stays
+SHARP = 0.1  # share of the scatter of the normals around a vertex, along a direction, at which it no longer moves that way
 
 
 def evened(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
@@ -90,17 +90,24 @@ def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count
 
 
 def _smoothed(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
-    """Each vertex part of the way to the middle of its neighbours, along the surface and back onto it, unless it lies on a crease."""
+    """Each vertex part of the way to the middle of its neighbours, along the surface and back onto it; along a crease only on one."""
     vertices, triangles, count = mesh.vertices, mesh.triangles, len(mesh.vertices)
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     links = sparse.coo_matrix((np.ones(2 * len(start)), (np.append(start, end), np.append(end, start))), shape=(count,) * 2).tocsr()
     step = links @ vertices / np.asarray(links.sum(axis=1)) - vertices
-    normals = vertex_normals(mesh)
-    step -= np.einsum("ij,ij->i", step, normals)[:, None] * normals
-    bend = np.ones(count)
-    np.minimum.at(bend, start, np.einsum("ij,ij->i", np.repeat(triangle_normals(mesh), 3, axis=0), normals[start]))
-    moved = surface.query(vertices + STEP * step).points
-    return _without_damage(mesh, np.where((~frozen & (bend > CREASE))[:, None], moved, vertices))
+    moved = surface.query(vertices + STEP * _along_surface(mesh, step)).points
+    return _without_damage(mesh, np.where(frozen[:, None], vertices, moved))
+
+
+def _along_surface(mesh: TriangleMesh, step: np.ndarray) -> np.ndarray:
+    """(V, 3) the part of steps in directions that the normals around a vertex do not point to: all of a plane, one of a crease."""
+    normals, area = triangle_normals(mesh), triangle_areas(mesh)
+    products = np.repeat((area[:, None, None] * normals[:, :, None] * normals[:, None]).reshape(-1, 9), 3, axis=0)
+    sums = np.column_stack([np.bincount(mesh.triangles.ravel(), products[:, k], minlength=len(step)) for k in range(9)])
+    values, axes = np.linalg.eigh(sums.reshape(-1, 3, 3))
+    share = values / np.maximum(values.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    free = np.clip(1.0 - share / SHARP, 0.0, 1.0)
+    return np.einsum("vij,vj->vi", axes, free * np.einsum("vij,vi->vj", axes, step))
 
 
 def _without_damage(mesh: TriangleMesh, moved: np.ndarray) -> TriangleMesh:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .check import RefMeshError
+from .creases import sharpened
 from .dual_cubes import zero_surface
 from .geometry import vertex_components
 from .poisson import solve_screened_poisson
@@ -21,13 +22,15 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
     Raises RefMeshError when there is no surface.
     """
     side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-    cell = PADDING * side / 2**depth
-    found = zero_surface(*solve_screened_poisson(points, normals, cell)) if side > 0 else None
-    if found is not None and len(found.triangles):
-        found = _without_specks(found, cell)
-    if found is None or not len(found.triangles):
-        raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")
-    return found
+    if side > 0:
+        cell = PADDING * side / 2**depth
+        grid, values = solve_screened_poisson(points, normals, cell)
+        surface = zero_surface(grid, values)
+        if len(surface.triangles):
+            surface = _without_specks(sharpened(surface, grid, points, normals), cell)
+            if len(surface.triangles):
+                return surface
+    raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")
 
 
 def _without_specks(mesh: TriangleMesh, cell: float) -> TriangleMesh:
