@@ -9,7 +9,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test lint samples extension test-extension lock clean
+.PHONY: help environment demo test lint samples pictures extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -37,6 +37,10 @@ lint: environment
 ## make samples    write the frames in sample_scenes/ again
 samples: environment
 	$(RUN) -m sample_scenes.grasp.generate
+
+## make pictures   draw the pictures in docs/pictures again
+pictures: environment
+	$(RUN) docs/make_pictures.py
 
 ## make extension  the zips to be installed in Blender, one for each platform, in build/
 extension: environment

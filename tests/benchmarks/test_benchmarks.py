@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from benchmarks import memory, published_tracking
+from benchmarks import memory, published_tracking, reconstruction
 from benchmarks.common import tracked
 from benchmarks.frames import frames_folder
 from benchmarks.trajectories import CASES, Case, judge
+from refmesh_addon.core.geometry import sample_surface, triangle_normals
 from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.core.volume import sample_volume
+from sample_scenes.generators import SEQUENCES
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = ("--centers", "40", "--resolution", "32")
@@ -67,6 +69,36 @@ def test_memory(cache):
     assert found["frames"] == [10, 20]
     assert min(found["peak_mebibytes"]) > 1
     assert np.isfinite(numbers(found)).all()
+
+
+@pytest.mark.parametrize("maker", reconstruction.MAKERS.values(), ids=reconstruction.MAKERS.keys())
+def test_reconstruction(maker):
+    """The smallest group there is: one body, known in closed form."""
+    ball = next(iter(SEQUENCES["tumble"]().frames(1)))
+    rng = np.random.default_rng(0)
+    points, owners = sample_surface(ball, 6000, rng)
+    found = reconstruction.measured(points, triangle_normals(ball)[owners], ball, 0.1 * ball.diagonal, 1000, 0, *maker)
+    assert found["watertight"]
+    assert found["crossing"] == 0
+    assert found["triangles"] == pytest.approx(1000, rel=0.01)
+    assert found["points_to_mesh"]["mean"] < 0.5
+    assert np.isfinite(numbers(found)).all()
+
+
+def test_figures_of_a_run(tmp_path):
+    distances = {"mean": 0.001, "p99": 0.002, "max": 0.003}
+    frames = [{"source_to_deformed": distances, "deformed_to_source": {name: 2 * value for name, value in distances.items()}}] * 2
+    group = {"triangles": 10, "watertight": True, "self_intersections": 0, "iou_before": 0.9, "iou_after": 0.95}
+    report = {"schema": 1, "sequence": {"name": "a"}, "frames": frames, "groups": [group], "seconds": {"tracking": 1.5, "reference": 2.0}}
+    (tmp_path / "report.json").write_text(json.dumps(report))
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks.figures", str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    row = json.loads(done.stdout.splitlines()[-1])["rows"][0]
+    assert row["deformed_to_source_p99"] == pytest.approx([0.4, 0.4])
+    assert row["closed"] == "1 of 1"
+    assert row["seconds"] == 3.5
+    assert done.stdout.startswith("| a, 2 frames | 0.1 | 0.2 | 0.3 | 0.2 |")
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -1,5 +1,6 @@
 """The extension's zip, built without wheels and installed by Blender."""
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -34,7 +35,13 @@ def build(folder: Path) -> Path:
 def test_zip_holds_the_addon_and_nothing_else(archive):
     names = set(zipfile.ZipFile(archive).namelist())
     sources = {str(path.relative_to(ROOT)) for folder in ("refmesh_addon", "headless") for path in (ROOT / folder).rglob("*.py")}
-    assert {name for name in names if not name.endswith("/")} == sources | {"blender_manifest.toml", "__init__.py", "LICENSE", "README.md"}
+    assert {name for name in names if not name.endswith("/")} == sources | {
+        "blender_manifest.toml",
+        "__init__.py",
+        "CHANGELOG.md",
+        "LICENSE",
+        "README.md",
+    }
 
 
 def test_same_sources_give_the_same_bytes(archive, tmp_path):
@@ -53,3 +60,15 @@ def test_wheels_are_listed_before_the_first_table():
     assert manifest["wheels"] == ["./wheels/a-1-py3-none-any.whl"]
     assert manifest["platforms"] == [PLATFORM]
     assert "files" in manifest["permissions"]
+
+
+def test_changelog_begins_with_the_version():
+    version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
+    assert re.findall(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)[0] == version
+
+
+def test_readme_names_the_licence_of_every_wheel():
+    readme = (ROOT / "README.md").read_text()
+    for lock in (ROOT / "extension").glob("wheels-*.txt"):
+        for name in re.findall(r"^([a-z0-9-]+)==", lock.read_text(), flags=re.MULTILINE):
+            assert re.search(rf"^\| {name} \|", readme, flags=re.MULTILINE | re.IGNORECASE), f"{name} is missing in README.md"

@@ -1,0 +1,57 @@
+"""What README and docs name is there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from refmesh_addon.core.settings import PRESETS, flat_fields
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/*.md")), *sorted(ROOT.glob("*/README.md"))]
+LARGEST = 2_000_000  # bytes of all pictures together: they are fetched with every clone
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+@every_page
+def test_links_lead_to_files_and_headings(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+        if target.startswith("https://"):
+            continue
+        path, _, heading = target.partition("#")
+        found = (page.parent / path).resolve() if path else page
+        assert found.exists(), target
+        headings = [re.sub(r"[^a-z0-9 -]", "", line.lstrip("# ").lower()).replace(" ", "-") for line in lines_of(found) if line[:1] == "#"]
+        assert not heading or heading in headings, target
+
+
+@every_page
+def test_targets_of_make_are_there(page):
+    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    named = re.findall(r"^    make ([a-z-]+(?: [a-z-]+)*)|`make ([a-z-]+)`", page.read_text(), flags=re.MULTILINE)
+    assert {word for names in named for word in " ".join(names).split()} <= set(targets)
+
+
+@every_page
+def test_modules_that_are_run_are_there(page):
+    for module in re.findall(r"-m ((?:benchmarks|sample_scenes)[\w.]*)", page.read_text()):
+        assert (ROOT / module.replace(".", "/")).with_suffix(".py").is_file(), module
+
+
+def test_options_of_the_command_line_are_there():
+    """An option is a setting, a property of an operator, or one that the script itself adds."""
+    sources = "".join(path.read_text() for path in [ROOT / "headless" / "run.py", *ROOT.glob("refmesh_addon/operators/*.py")])
+    settings = {item.name for item in flat_fields()}
+    page = (ROOT / "docs" / "headless.md").read_text()
+    for option in re.findall(r"^\| .*?`--([a-z-]+)", page, flags=re.MULTILINE):
+        name = option.removeprefix("no-").replace("-", "_")
+        assert name in settings or re.search(rf"^ +\"?{name}\"?: |\"--{option}\"", sources, flags=re.MULTILINE), option
+    assert "|".join(PRESETS) in page.replace("\\", "")
+
+
+def test_pictures_are_small():
+    assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix != ".md") < LARGEST
+
+
+def lines_of(path: Path) -> list[str]:
+    return path.read_text().splitlines() if path.suffix == ".md" else []
