@@ -133,6 +133,12 @@ class DeformationSettings:
     fit_rounds: int = option(
         6, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100
     )
+    steady_frames: int = option(
+        3,
+        "Frames to either side over which sliding of vertices along the surface is evened out; 0 leaves each frame by itself",
+        low=0,
+        high=100,
+    )
 
 
 @dataclass(frozen=True)
@@ -199,5 +205,5 @@ def _check_value(item, value) -> None:
 PRESETS: dict[str, dict[str, object]] = {
     "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},
     "standard": {},
-    "paper": {"resolution": 512, "mapping": "rbf", "keypoint_search": "unlimited", "fit_rounds": 0},
+    "paper": {"resolution": 512, "mapping": "rbf", "keypoint_search": "unlimited", "fit_rounds": 0, "steady_frames": 0},
 }

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from ..core.check import RefMeshError
+from ..core.folds import folded_triangles
+from ..core.steadiness import steadied
 from ..core.types import TriangleMesh
 from ..io.files import output_folder
 from ..io.meshes import write_ply
@@ -34,26 +38,26 @@ class Deformed:
 
 def deform(context: Context, tracked: Tracked, groups: list[Group]) -> Deformed:
     """The reference meshes in all frames; writes a PLY for each frame and a point cache for each group."""
-    settings = context.settings.deformation
+    settings = replace(context.settings.deformation, steady_frames=0)  # evening out comes later, and each time
     keys = {group.index: digest(DEFORMATION_SCHEMA, group.key, asdict(settings)) for group in groups}
     jobs = [(group, frame) for group in groups for frame in group.targets]
-    found = {(group.index, frame): context.cache.load(_entry(context, group, frame), keys[group.index]) for group, frame in jobs}
-    waiting = [(group, frame) for group, frame in jobs if found[group.index, frame] is None]
+    waiting = [(group, frame) for group, frame in jobs if context.cache.load(_entry(context, group, frame), keys[group.index]) is None]
     shapes = {group.index: GroupShape(keys[group.index], group.mesh, group.centers, settings) for group in groups}
     tasks = (_task(context, tracked, shapes[group.index], group, frame) for group, frame in waiting)
     for count, (index, result) in enumerate(context.workers.map(deform_reference, tasks, lambda: context.notify("deformation", None, 0.0))):
         group, frame = waiting[index]
-        found[group.index, frame] = result
         context.cache.save(_entry(context, group, frame), keys[group.index], result)
         context.notify("deformation", context.numbers[frame], (len(jobs) - len(waiting) + count + 1) / len(jobs))
-    carried = {(group.index, frame): group.mesh.moved(found[group.index, frame]["vertices"]) for group, frame in jobs}
-    deformed = {frame: carried[group.index, frame] for group in groups for frame in group.frames}
+    deformed, handovers = {}, {}
     for group in groups:
-        _write_frames(context, group, found)
+        meshes = _finished(context, group, keys[group.index])
+        if group.handover is not None:
+            handovers[group.index] = meshes.pop(group.handover)
+        deformed |= meshes
         _write_playback(context, group, deformed, keys[group.index])
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
     context.remove_stale("playback/group_*.pc2", keep=[group.playback for group in context.report.groups])
-    return Deformed(deformed, {group.index: carried[group.index, group.handover] for group in groups if group.handover is not None})
+    return Deformed(deformed, handovers)
 
 
 def _task(context: Context, tracked: Tracked, shape: GroupShape, group: Group, frame: int) -> tuple:
@@ -64,19 +68,41 @@ def _entry(context: Context, group: Group, frame: int) -> str:
     return f"deformation/handover_{group.index:03d}" if frame == group.handover else f"deformation/frame_{context.numbers[frame]:04d}"
 
 
-def _write_frames(context: Context, group: Group, found: dict[tuple[int, int], Arrays]) -> None:
+def _finished(context: Context, group: Group, key: str) -> dict[int, TriangleMesh]:
+    """The group's frames and its hand-over, steadied; the frames are written and reported."""
+    entries = {frame: _read_again(context, group, frame, key) for frame in group.targets}
+    vertices, carried = (np.stack([entry[name] for entry in entries.values()]) for name in ("vertices", "carried"))
+    turns = np.stack([Rotation.from_rotvec(entry["turns"]).as_matrix() for entry in entries.values()])
+    placed = steadied(group.mesh, vertices, carried, turns, context.settings.deformation.steady_frames)
+    meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
     output_folder(context.output / "deformed")
-    for frame in group.frames:
-        number = context.numbers[frame]
-        flipped, held, hidden = (float(found[group.index, frame][name].mean()) for name in ("folded", "held", "hidden"))
-        entry = FrameReport(number, group.index, f"deformed/frame_{number:04d}.ply", flipped, held, hidden)
-        write_ply(context.output / entry.deformed, group.mesh.moved(found[group.index, frame]["vertices"]))
-        context.report.frames.append(entry)
-        if flipped > FLIPPED_WARNING:
-            context.warn(f"frame {number}: {flipped:.2%} of the triangles are flipped; a smaller --group-size may serve it better")
+    for frame, turned in zip(group.frames, turns, strict=False):
+        flipped = folded_triangles(meshes[frame], group.mesh, turned)
+        _write_frame(context, group, frame, meshes[frame], (flipped, entries[frame]["held"], entries[frame]["hidden"]))
+    return meshes
+
+
+def _read_again(context: Context, group: Group, frame: int, key: str) -> Arrays:
+    """What was made of a frame; from the disk, so that a long take does not fill the memory."""
+    entry = _entry(context, group, frame)
+    found = context.cache.load(entry, key)
+    if found is None:
+        raise RefMeshError(f"{context.cache.path(entry, key)}: cannot be read again; run the job once more")
+    return found
+
+
+def _write_frame(context: Context, group: Group, frame: int, mesh: TriangleMesh, flags: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+    number = context.numbers[frame]
+    flipped, held, hidden = (float(flag.mean()) for flag in flags)
+    entry = FrameReport(number, group.index, f"deformed/frame_{number:04d}.ply", flipped, held, hidden)
+    write_ply(context.output / entry.deformed, mesh)
+    context.report.frames.append(entry)
+    if flipped > FLIPPED_WARNING:
+        context.warn(f"frame {number}: {flipped:.2%} of the triangles are flipped; a smaller --group-size may serve it better")
 
 
 def _write_playback(context: Context, group: Group, deformed: dict[int, TriangleMesh], key: str) -> None:
+    key = digest(key, context.settings.deformation.steady_frames)
     playback = f"playback/group_{group.index:03d}-{key[:KEY_LENGTH]}.pc2"
     shown = [frame for frame in held_frames(context.frames.sequence) if frame in group.frames]
     samples = (np.asarray(deformed[frame].vertices) for frame in shown)

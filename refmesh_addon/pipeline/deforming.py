@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..core.arap import ArapSolver
 from ..core.closest_point import SurfaceIndex
 from ..core.contact import behind_contact
 from ..core.correspondence import Compatible
-from ..core.folds import folded_triangles, unfolded
+from ..core.folds import unfolded
 from ..core.geometry import mean_edge_length
 from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
@@ -53,7 +54,8 @@ class ReferenceDeformer:
 
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
         Returns `vertices` (R, 3); `keypoints` (K,) and `keypoint_targets` (K, 3), the matched ones; `held` (R,), which
-        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `folded` (S,), which triangles face the wrong way.
+        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `carried` (R, 3) and `turns` (R, 3), where the centers
+        carry the vertices, and how they turn their surroundings, as axes times angles in radians.
         """
         carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
         source = FrameMap(mesh, centers, self._group.affinity, self._group.spacing)
@@ -71,7 +73,8 @@ class ReferenceDeformer:
             "keypoint_targets": goals,
             "held": fitted.held,
             "hidden": behind_contact(deformed, owners, centers, self._akin, index, self._group.spacing),
-            "folded": folded_triangles(deformed, self._mesh, turns),
+            "carried": start,
+            "turns": Rotation.from_matrix(turns).as_rotvec(),
         }
 
     def _patches_of(self, mesh: TriangleMesh) -> Patches:
