@@ -8,6 +8,7 @@ from dataclasses import fields
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from .core.findings import FIGURES
 from .core.settings import PRESETS, Settings, flat_fields
 
 STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
@@ -104,6 +105,20 @@ def arrange_objects(state, context):
     arrange(state.id_data)
 
 
+def restyle(state, context):
+    """The centers as they are wanted, at once."""
+    from .bridge.centers import restyle_centers
+
+    restyle_centers(state.id_data)
+
+
+def switch_errors(state, context):
+    """Errors in colour, or the plain colour, at once."""
+    from .bridge.heat_map import switch_heat_map
+
+    switch_heat_map(state.id_data)
+
+
 class RefMeshSequence(bpy.types.PropertyGroup):
     """State of one sequence, kept on its mesh object; its other objects carry only the pointer `sequence` to that one."""
 
@@ -125,6 +140,21 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     shown: StringProperty(name="Shown Frame", description="Number of the frame whose mesh is in the object now", options={"HIDDEN"})
     root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that everything of this sequence hangs on")
     centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
+    center_color: EnumProperty(
+        name="Colored by",
+        description="What the colours of the centers say",
+        items=[
+            ("PLACE", "Place", "Where a center is in the first frame, so that one can see what went where"),
+            *((name.upper(), title(name), words) for name, words in FIGURES.items()),
+        ],
+        update=restyle,
+    )
+    center_size: FloatProperty(
+        name="Size", description="Of the centers; at 4 neighbours touch", default=1.0, min=0.01, soft_max=4.0, update=restyle
+    )
+    center_spacing: FloatProperty(name="Spacing", description="Usual distance of neighbouring centers", options={"HIDDEN"})
+    center_range: StringProperty(name="Range", description="What the colours of the centers mean", options={"HIDDEN"})
+    trails: PointerProperty(type=bpy.types.Object, name="Trails", description="Where chosen centers go")
     groups: CollectionProperty(type=RefMeshGroup)
     arrangement: EnumProperty(
         name="Arrangement",
@@ -135,6 +165,12 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         ],
         update=arrange_objects,
     )
+    heat_map: BoolProperty(
+        name="Show Errors",
+        description="Color the deformed mesh by its distance to the source: dark for none, yellow for 0.2 % of the diagonal and more",
+        update=switch_errors,
+    )
+    heat_shown: StringProperty(name="Frame of the Errors", description="Whose errors the mesh carries now", options={"HIDDEN"})
     side_step: FloatProperty(name="Distance", description="Between source, reference mesh and result", options={"HIDDEN"})
     settings: PointerProperty(type=RefMeshSettings)
     results: StringProperty(

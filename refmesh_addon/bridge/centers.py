@@ -12,32 +12,51 @@ import bpy
 import numpy as np
 from mathutils.kdtree import KDTree
 
+from .center_colors import color_centers, note_figures
 from .materials import attribute_material
-from .meshes import COLOR_NAME, fill_points, set_colors
+from .meshes import COLOR_NAME, fill_points, read_positions
 from .objects import new_member
 from .playback import play_cache
 
 NODES_NAME = "RefMesh Points"
 RADIUS_SHARE = 0.25  # of the center spacing: points stay apart, and what lies behind them can be seen
-DARKEST, BRIGHTEST = 0.05, 0.9  # linear; no point is black or glares
 
 
-def show_centers(owner: bpy.types.Object, positions: np.ndarray, cache: Path, first_scene_frame: int, apart: float | None = None) -> None:
+def show_centers(
+    owner: bpy.types.Object, positions: np.ndarray, cache: Path, first_scene_frame: int, apart: float, figures: dict[str, np.ndarray]
+) -> None:
     """Makes or refreshes the centers of the sequence object `owner`.
 
     positions : (C, 3), the centers in the first frame.  cache : PC2 file with one sample per scene frame.
-    apart : usual distance of neighbours, where it is known.
+    apart : usual distance of neighbours.  figures : name -> (C,) what the centers can be coloured by.
     """
     state = owner.refmesh
-    material = attribute_material("RefMesh Centers", COLOR_NAME)
     if state.centers is None:
-        state.centers = new_member(state.root, f"{state.root.name} centers", material)
+        state.centers = new_member(state.root, f"{state.root.name} centers", _material())
         state.centers.refmesh.sequence = owner
     centers = state.centers
     fill_points(centers.data, positions)
-    set_colors(centers.data, colors_by_place(positions))
+    note_figures(centers, figures)
     play_cache(centers, cache, first_scene_frame)
-    _draw_as_points(centers, RADIUS_SHARE * (apart or spacing(positions)), material)
+    state.center_spacing = apart
+    restyle_centers(owner)
+
+
+def restyle_centers(owner: bpy.types.Object) -> None:
+    """Draws the centers in the size and the colours that the panel asks for."""
+    state = owner.refmesh
+    if state.centers is not None:
+        state.center_range = color_centers(state.centers, state.center_color, read_positions(state.centers.data))
+        _draw_as_points(state.centers, center_radius(owner), _material())
+
+
+def center_radius(owner: bpy.types.Object) -> float:
+    """At which the centers are drawn, in the units of the files."""
+    return RADIUS_SHARE * owner.refmesh.center_size * owner.refmesh.center_spacing
+
+
+def _material() -> bpy.types.Material:
+    return attribute_material("RefMesh Centers", COLOR_NAME)
 
 
 def spacing(positions: np.ndarray) -> float:
@@ -48,13 +67,6 @@ def spacing(positions: np.ndarray) -> float:
     tree.balance()
     nearest = [tree.find_n(position, 2)[-1][2] for position in positions]
     return float(np.median(nearest))
-
-
-def colors_by_place(positions: np.ndarray) -> np.ndarray:
-    """(C, 4) linear colours: x, y and z in the first frame as red, green and blue, so that one can see what went where."""
-    low, extent = positions.min(axis=0), np.ptp(positions, axis=0)
-    shares = (positions - low) / np.where(extent > 0, extent, 1.0)
-    return np.column_stack([DARKEST + (BRIGHTEST - DARKEST) * shares, np.ones(len(positions))])
 
 
 def _draw_as_points(centers: bpy.types.Object, radius: float, material: bpy.types.Material) -> None:

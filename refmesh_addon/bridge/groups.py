@@ -36,9 +36,14 @@ def show_deformed(owner: bpy.types.Object, index: int, mesh: TriangleMesh, cache
     """Makes or refreshes the deformed object of one group, which plays the PC2 file `cache` on the reference mesh."""
     group = owner.refmesh.groups[index]
     if group.deformed is None:
-        group.deformed = _new_group_object(owner, f"deformed {index:03d}", plain_material("RefMesh Deformed", DEFORMED_COLOR))
+        group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material())
     fill_mesh(group.deformed.data, mesh)
     play_cache(group.deformed, cache, group.start)
+
+
+def deformed_material() -> bpy.types.Material:
+    """Of deformed meshes that show no errors."""
+    return plain_material("RefMesh Deformed", DEFORMED_COLOR)
 
 
 def spans(owner: bpy.types.Object) -> list[tuple[int | None, int | None]]:

@@ -18,8 +18,9 @@ from ..io.files import read_npz
 from ..io.frame_range import parse_ranges, ranges_among
 from ..io.meshes import read_mesh
 from ..io.report import read_report
-from .centers import show_centers
+from .centers import show_centers, spacing
 from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .heat_map import switch_heat_map
 from .markers import show_markers
 from .playback import check_cache
 from .status import used_settings
@@ -32,11 +33,16 @@ Part = Callable[[bpy.types.Object], None]
 
 @dataclass(frozen=True)
 class Results:
-    """What an output folder holds, read and checked. positions : (F, C, 3) centers.  meshes : of each group."""
+    """What an output folder holds, read and checked.
+
+    positions : (F, C, 3) centers, `spacing` apart.  figures : of each center.  meshes : of each group.
+    """
 
     folder: Path
     report: dict
     positions: np.ndarray
+    spacing: float
+    figures: dict[str, np.ndarray]
     meshes: list[TriangleMesh]
 
 
@@ -65,7 +71,10 @@ def read_results(folder: Path, known: dict[int, int]) -> Results:
         )
     positions = _read_positions(folder / "centers.npz")
     check_cache(folder / report["centers_playback"], positions.shape[1])
-    return Results(folder, report, positions, _read_references(folder, report["groups"]))
+    from ..core.center_figures import center_figures  # late: scipy comes with it
+
+    apart = report["tracking"].get("center_spacing") or spacing(positions[0])
+    return Results(folder, report, positions, apart, center_figures(positions, apart), _read_references(folder, report["groups"]))
 
 
 def parts(results: Results) -> Iterator[Part]:
@@ -89,8 +98,8 @@ def parts(results: Results) -> Iterator[Part]:
 def _show_centers(owner: bpy.types.Object, results: Results) -> None:
     report = results.report
     first = known_frames(owner)[report["sequence"]["numbers"][0]]
-    spacing = report["tracking"].get("center_spacing")
-    show_centers(owner, results.positions[0], results.folder / report["centers_playback"], first, spacing)
+    cache = results.folder / report["centers_playback"]
+    show_centers(owner, results.positions[0], cache, first, results.spacing, results.figures)
 
 
 def _show_reference(owner: bpy.types.Object, results: Results, index: int) -> None:
@@ -134,6 +143,8 @@ def _note_state(owner: bpy.types.Object, results: Results) -> None:
     state.frame_selection = _selection(state, report["sequence"]["numbers"])
     state.results = used_settings(state, report["seconds"], settings)
     state.settings.assign(settings)
+    state.heat_map = state.heat_map and bool(measured)
+    switch_heat_map(owner)
     state.done = {stage for stage, there in zip(STAGES, reached, strict=True) if there}
 
 

@@ -17,6 +17,7 @@ from ..core.check import RefMeshError
 from ..io.frame_store import FrameStore
 from ..io.preview import PreviewMesh
 from ..io.sequence import Sequence, timeline_frame
+from .heat_map import show_errors
 from .materials import SOURCE_COLOR, plain_material
 from .meshes import fill_mesh
 from .objects import new_member, new_root
@@ -87,6 +88,8 @@ def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
         if candidate.refmesh.frames and candidate.library is None:
             try:
                 show_frame(candidate, scene.frame_current)
+                if candidate.refmesh.heat_map:
+                    show_errors(candidate, scene.frame_current)
             except RefMeshError as error:
                 if str(error) not in _warned:
                     _warned.add(str(error))

@@ -1,15 +1,17 @@
 """Panels and menu entries: they draw, and reach operators by their id only."""
 
-from . import menus, panels, preferences
+from . import legend, menus, panels, preferences
 
 
 def register():
     preferences.register()
     panels.register()
     menus.register()
+    legend.register()
 
 
 def unregister():
+    legend.unregister()
     menus.unregister()
     panels.unregister()
     preferences.unregister()

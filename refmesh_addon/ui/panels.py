@@ -99,6 +99,29 @@ class REFMESH_PT_track(StepPanel, bpy.types.Panel):
         return f"frames {state.frame_selection}" if state.frame_selection else f"all {len(state.frames)} frames"
 
 
+class REFMESH_PT_centers(RefMeshPanel, bpy.types.Panel):
+    bl_label = "Centers"
+    bl_parent_id = "REFMESH_PT_track"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        owner = sequence_object(context)
+        return owner is not None and owner.refmesh.centers is not None
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split, layout.use_property_decorate = True, False
+        state = sequence_object(context).refmesh
+        layout.prop(state, "center_color")
+        if state.center_range:
+            draw_wrapped(layout, context, state.center_range, icon="COLOR")
+        layout.prop(state, "center_size", slider=True)
+        row = layout.row(align=True)
+        row.operator("refmesh.show_trails", icon="CURVE_PATH")
+        row.operator("refmesh.remove_trails", text="", icon="X")
+
+
 class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
     bl_label = "Reference"
     stage = "reference"
@@ -126,9 +149,13 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
 
     def draw(self, context):
         super().draw(context)
-        measured = [frame for frame in sequence_object(context).refmesh.frames if frame.is_property_set("distance")]
+        state = sequence_object(context).refmesh
+        if state.groups:
+            self.layout.prop(state, "arrangement")
+        measured = [frame for frame in state.frames if frame.is_property_set("distance")]
         if measured:
             self.layout.label(text="Worst frames, mean distance in % of the diagonal")
+            self.layout.prop(state, "heat_map")
         column = self.layout.column(align=True)
         for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
             column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
@@ -150,7 +177,15 @@ class REFMESH_PT_export(RefMeshPanel, bpy.types.Panel):
         layout.operator("refmesh.render_preview")
 
 
-CLASSES = (REFMESH_PT_run, *SEQUENCE_CLASSES, REFMESH_PT_track, REFMESH_PT_reference, REFMESH_PT_deform, REFMESH_PT_export)
+CLASSES = (
+    REFMESH_PT_run,
+    *SEQUENCE_CLASSES,
+    REFMESH_PT_track,
+    REFMESH_PT_centers,
+    REFMESH_PT_reference,
+    REFMESH_PT_deform,
+    REFMESH_PT_export,
+)
 
 
 def register():

@@ -1,0 +1,55 @@
+"""Where chosen centers go, as curves."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..io.pc2 import read_pc2
+from .materials import plain_material
+from .objects import remove_object
+from .playback import cache_path
+
+TRAIL_COLOR = (0.95, 0.62, 0.10, 1.0)
+BEVEL_SHARE = 0.2  # of the radius at which centers are drawn
+MOST = 60  # trails of an even choice, where no centers are selected
+
+
+def show_trails(owner: bpy.types.Object, radius: float) -> int:
+    """Makes the trails of the selected centers, or of an even choice of all, in place of earlier ones; gives their number.
+
+    radius : at which the centers are drawn, in their own units.
+    """
+    state = owner.refmesh
+    remove_trails(owner)
+    chosen = _chosen(state.centers.data)
+    ways = np.stack([sample[chosen] for sample in read_pc2(cache_path(state.centers))], axis=1)
+    curve = bpy.data.curves.new(f"{state.root.name} trails", "CURVE")
+    curve.dimensions, curve.bevel_depth = "3D", BEVEL_SHARE * radius
+    curve.materials.append(plain_material("RefMesh Trails", TRAIL_COLOR))
+    for way in ways:
+        spline = curve.splines.new("POLY")
+        spline.points.add(len(way) - 1)
+        spline.points.foreach_set("co", np.column_stack([way, np.ones(len(way))]).astype(np.float32).ravel())
+    state.trails = bpy.data.objects.new(curve.name, curve)
+    state.root.users_collection[0].objects.link(state.trails)
+    state.trails.parent, state.trails.refmesh.sequence = state.root, owner
+    return len(chosen)
+
+
+def remove_trails(owner: bpy.types.Object) -> None:
+    """Removes the trails, if there are any."""
+    curve = owner.refmesh.trails and owner.refmesh.trails.data
+    remove_object(owner.refmesh.trails)
+    if curve is not None and not curve.users:
+        bpy.data.curves.remove(curve)
+
+
+def _chosen(points: bpy.types.Mesh) -> np.ndarray:
+    """Indices of the selected points; evenly many of all where none is, or all are."""
+    selected = np.zeros(len(points.vertices), dtype=bool)
+    points.vertices.foreach_get("select", selected)
+    if not selected.any() or selected.all():
+        selected[:] = False
+        selected[np.unique(np.linspace(0, len(selected) - 1, min(MOST, len(selected))).astype(int))] = True
+    return np.flatnonzero(selected)

@@ -1,0 +1,50 @@
+"""What one sees besides the results themselves: trails of centers."""
+
+import bpy
+
+from ..core.check import RefMeshError
+from ..properties import sequence_object
+from .common import SequenceOperator, reporting
+
+
+class REFMESH_OT_show_trails(SequenceOperator, bpy.types.Operator):
+    """Show as curves where the centers go that are selected in edit mode; an even choice of all where none is selected"""
+
+    bl_idname = "refmesh.show_trails"
+    bl_label = "Show Trails"
+    bl_options = {"UNDO"}
+
+    @reporting
+    def execute(self, context):
+        from ..bridge.centers import center_radius
+        from ..bridge.trails import show_trails
+
+        owner = sequence_object(context)
+        if owner.refmesh.centers is None:
+            raise RefMeshError("there are no centers yet; run the Track step first")
+        count = show_trails(owner, center_radius(owner))
+        self.report({"INFO"}, f"{count} trails")
+        return {"FINISHED"}
+
+
+class REFMESH_OT_remove_trails(SequenceOperator, bpy.types.Operator):
+    """Remove the trails of the centers"""
+
+    bl_idname = "refmesh.remove_trails"
+    bl_label = "Remove Trails"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def hindrance(cls, context):
+        owner = sequence_object(context)
+        return super().hindrance(context) or ("" if owner.refmesh.trails else "there are no trails")
+
+    @reporting
+    def execute(self, context):
+        from ..bridge.trails import remove_trails
+
+        remove_trails(sequence_object(context))
+        return {"FINISHED"}
+
+
+CLASSES = (REFMESH_OT_show_trails, REFMESH_OT_remove_trails)

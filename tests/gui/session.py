@@ -1,0 +1,236 @@
+"""A whole session in a Blender with a window, by operators and events; run by test_session.py, or by hand:
+
+    blender --factory-startup --enable-event-simulate -P tests/gui/session.py -- FRAMES OUTPUT [ZIP]
+
+Imports FRAMES through the file browser, runs, cancels with Esc, undoes, saves, opens again, exports and quits while a job
+runs. Writes OUTPUT/session.json, with what it saw and how long our code held the window, and pictures where ImageMagick's
+`import` is there. Without a ZIP to install, the add-on of this checkout is registered.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+import traceback
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+FRAMES, OUTPUT, *ZIP = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
+TINY = {"centers": 200, "resolution": 64, "group_size": 4, "alignment_steps": 2, "fit_rounds": 2, "samples": 1000}
+PATIENCE = 300.0  # seconds for any one job
+PAUSE = 0.3  # seconds in which the window draws what was changed
+seen: dict[str, object] = {}
+held: dict[str, float] = defaultdict(float)  # what of ours -> the longest time that it held the window, seconds
+
+
+def main() -> None:
+    """Starts the session as soon as the window is there."""
+    bpy.context.preferences.view.show_splash = False
+    steps = session()
+
+    def tick() -> float | None:
+        try:
+            return next(steps) or PAUSE
+        except StopIteration:
+            return None
+        except Exception:
+            seen["trouble"] = traceback.format_exc()
+            finish()
+            return None
+
+    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+
+
+def session() -> Iterator[float | None]:
+    """The steps; each yield lets the window live for that many seconds."""
+    install()
+    measure_ours()
+    for member in list(bpy.data.objects):
+        bpy.data.objects.remove(member)
+    yield from import_by_file_browser()
+    yield from show_tab()
+    seen["checked"] = owner().refmesh.checked
+    picture("sequence")
+    yield from run_and_cancel()
+    yield from run_all()
+    yield from undo_and_redo()
+    yield from save_and_open()
+    yield from export()
+    yield from quit_while_a_job_runs()
+
+
+def install() -> None:
+    if ZIP:
+        bpy.ops.extensions.package_install_files(filepath=str(ZIP[0]), repo="user_default", enable_on_install=True)
+    else:
+        sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+        import refmesh_addon
+
+        refmesh_addon.register()
+    seen["installed"] = "run_all" in dir(bpy.ops.refmesh)
+
+
+def measure_ours() -> None:
+    """Every operator and panel of ours notes how long it holds the window."""
+    for name in dir(bpy.types):
+        cls = getattr(bpy.types, name)
+        if name.startswith("REFMESH_"):
+            for method in ("execute", "modal", "draw", "draw_header", "draw_header_preset"):
+                if hasattr(cls, method) and callable(getattr(cls, method)):
+                    setattr(cls, method, timed(f"{name}.{method}", getattr(cls, method)))
+
+
+def timed(name: str, function):
+    def wrapped(self, *arguments):
+        start = time.perf_counter()
+        try:
+            return function(self, *arguments)
+        finally:
+            held[name] = max(held[name], time.perf_counter() - start)
+
+    return wrapped
+
+
+def import_by_file_browser() -> Iterator[float | None]:
+    with bpy.context.temp_override(**view()):
+        bpy.ops.refmesh.import_sequence("INVOKE_DEFAULT", filepath=str(sorted(FRAMES.iterdir())[0]))
+    yield 2.0
+    picture("import")
+    window = bpy.context.window_manager.windows[-1]
+    area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
+    with bpy.context.temp_override(window=window, area=area, region=area.regions[0]):
+        bpy.ops.file.execute()
+    yield 1.0
+    seen["imported"] = [frame.name for frame in owner().refmesh.frames]
+    yield from until(lambda: not job())
+
+
+def show_tab() -> Iterator[float | None]:
+    space = view()["area"]
+    space.spaces.active.show_region_ui = True
+    yield None
+    next(region for region in space.regions if region.type == "UI").active_panel_category = "RefMesh"
+    with bpy.context.temp_override(**view()):
+        bpy.ops.view3d.view_all()
+    yield 1.0
+
+
+def run_and_cancel() -> Iterator[float | None]:
+    settings = owner().refmesh.settings
+    for name, value in TINY.items():
+        setattr(settings, name, value)
+    owner().refmesh.output = str(OUTPUT / "results")
+    with bpy.context.temp_override(**view()):
+        bpy.ops.refmesh.run_all("INVOKE_DEFAULT", centers=1000, resolution=256)
+    yield from until(lambda: job().properties.share > 0.02)
+    picture("running")
+    seen["status"] = job().properties.status
+    pressed = time.monotonic()
+    bpy.context.window_manager.windows[0].event_simulate(type="ESC", value="PRESS", x=400, y=400)
+    while job() and time.monotonic() < pressed + PATIENCE:
+        yield 0.02
+    seen["seconds_to_cancel"] = time.monotonic() - pressed
+    seen["objects_after_cancel"] = sorted(member.name for member in bpy.data.objects)
+
+
+def run_all() -> Iterator[float | None]:
+    ticks = [time.perf_counter()]
+    with bpy.context.temp_override(**view()):
+        bpy.ops.refmesh.run_all("INVOKE_DEFAULT", **TINY)
+    while job():
+        yield 0.01
+        ticks.append(time.perf_counter())
+    seen["longest_tick"] = max(after - before for before, after in zip(ticks, ticks[1:], strict=False))
+    yield 1.0
+    seen["done"] = sorted(owner().refmesh.done)
+    with bpy.context.temp_override(**view()):
+        bpy.ops.view3d.view_all()
+    yield 1.0
+    picture("results")
+
+
+def undo_and_redo() -> Iterator[float | None]:
+    names = {member.name for member in bpy.data.objects}
+    with bpy.context.temp_override(**view()):
+        bpy.ops.ed.undo()
+        yield None
+        seen["objects_after_undo"] = sorted(member.name for member in bpy.data.objects)
+        bpy.ops.ed.redo()
+    yield None
+    seen["redo_brings_all_back"] = names == {member.name for member in bpy.data.objects}
+
+
+def save_and_open() -> Iterator[float | None]:
+    shot = OUTPUT / "shot" / "scene.blend"
+    shot.parent.mkdir()
+    bpy.ops.refmesh.save_scene(filepath=str(shot))
+    moved = OUTPUT / "moved"
+    moved.mkdir()
+    for folder in ("results", "shot"):
+        shutil.move(OUTPUT / folder, moved / folder)
+    bpy.ops.wm.open_mainfile(filepath=str(moved / "shot" / "scene.blend"), load_ui=False)
+    yield 1.0
+    state = owner().refmesh
+    deformed = state.groups[0].deformed
+    seen["reopened"] = {"done": sorted(state.done), "output": state.output, "cache": deformed.modifiers[0].filepath}
+    bpy.context.scene.frame_set(bpy.context.scene.frame_end)
+    yield None
+    seen["shown_after_reopening"] = state.shown
+
+
+def export() -> Iterator[float | None]:
+    with bpy.context.temp_override(**view()):
+        bpy.ops.refmesh.export(format="glb", directory=str(OUTPUT / "export"))
+    yield None
+    seen["exported"] = sorted(path.name for path in (OUTPUT / "export").iterdir())
+
+
+def quit_while_a_job_runs() -> Iterator[float | None]:
+    with bpy.context.temp_override(**view()):
+        bpy.ops.refmesh.run_all("INVOKE_DEFAULT", output=str(OUTPUT / "unfinished"), centers=2000, resolution=400)
+    yield from until(lambda: job().properties.share > 0.02)
+    seen["lock_at_quit"] = (OUTPUT / "unfinished" / "cache" / "lock").read_text()
+    finish()
+
+
+def finish() -> None:
+    seen["held_ms"] = {name: round(1e3 * seconds, 1) for name, seconds in sorted(held.items(), key=lambda item: -item[1])}
+    (OUTPUT / "session.json").write_text(json.dumps(seen, indent=1))
+    bpy.ops.wm.quit_blender()
+
+
+def until(wanted) -> Iterator[float | None]:
+    end = time.monotonic() + PATIENCE
+    while not wanted():
+        if time.monotonic() > end:
+            raise TimeoutError("waited too long")
+        yield 0.1
+
+
+def owner() -> bpy.types.Object:
+    return next(member for member in bpy.data.objects if member.refmesh.frames)
+
+
+def job() -> bpy.types.Operator | None:
+    operators = (operator for window in bpy.context.window_manager.windows for operator in window.modal_operators)
+    return next((operator for operator in operators if operator.bl_idname.startswith("REFMESH_OT_")), None)
+
+
+def view() -> dict:
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    return {"window": window, "area": area, "region": next(region for region in area.regions if region.type == "WINDOW")}
+
+
+def picture(name: str) -> None:
+    if shutil.which("import"):
+        subprocess.run(["import", "-window", "root", str(OUTPUT / f"{name}.png")], check=False)
+
+
+main()
