@@ -15,7 +15,7 @@ from ..core.check import RefMeshError
 from ..core.settings import Settings, flat_fields
 from ..core.types import TriangleMesh
 from ..io.files import read_npz
-from ..io.frame_range import parse_ranges, ranges_among
+from ..io.frame_range import as_choice, parse_ranges
 from ..io.meshes import read_mesh
 from ..io.report import read_report
 from .centers import show_centers, spacing
@@ -154,4 +154,4 @@ def _selection(state, numbers: list[int]) -> str:
     chosen = parse_ranges(state.frame_selection)
     if numbers == [number for number in everything if not chosen or any(number in item for item in chosen)]:
         return state.frame_selection
-    return ",".join(f"{first}-{last}" if last > first else str(first) for first, last in ranges_among(numbers, everything))
+    return as_choice(numbers, everything)

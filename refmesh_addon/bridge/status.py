@@ -60,10 +60,10 @@ def _first_change(results: dict, stage: str, settings: dict[str, object], frames
         return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"
     for name, names in STAGES.items():
         # Where tracking starts anew with each group, it depends on the groups too.
-        for setting in [*names, "group_size"] if settings.get("tracking") == "group" else names:
+        for setting in [*names, "group_size", "group_starts"] if settings.get("tracking") == "group" else names:
             then, now = results["settings"].get(setting), settings.get(setting)
             if then != now:
-                return f"{setting.replace('_', ' ')} was {then}, is {now} now"
+                return f"{setting.replace('_', ' ')} was {then if then != '' else 'empty'}, is {now if now != '' else 'empty'} now"
         if name == stage:
             return ""
     return ""

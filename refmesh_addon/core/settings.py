@@ -68,6 +68,11 @@ class ReferenceSettings:
         high=1000,
     )
     longest_group: int = option(10, "Most frames of a group when groups are chosen by content", low=1, high=1000)
+    group_starts: str = option(
+        "",
+        "Frames, by the numbers of their files, that begin a group, such as 48,55; empty leaves it to the group size",
+        label="Groups Begin at",
+    )
     stress: str = option(
         "plain",
         "Which distances between centers the reference centers keep first",
@@ -195,6 +200,10 @@ def _check_value(item, value) -> None:
     if choices is not None:
         if value not in choices:
             raise RefMeshError(f"--{words} is '{value}': choose one of {', '.join(choices)}")
+        return
+    if isinstance(item.default, str):
+        if not isinstance(value, str):
+            raise RefMeshError(f"--{words} is {value}: give a text")
         return
     whole = isinstance(item.default, int)
     if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)) or not low <= value <= high:

@@ -68,3 +68,8 @@ def ranges_among(chosen: Iterable[int], everything: Iterable[int]) -> list[tuple
             runs.append((number, number))
         before = inside
     return runs
+
+
+def as_choice(chosen: Iterable[int], everything: Iterable[int]) -> str:
+    """The text that `parse_ranges` takes for these of all numbers: "6-10,14"."""
+    return ",".join(f"{first}-{last}" if last > first else str(first) for first, last in ranges_among(chosen, everything))

@@ -21,7 +21,7 @@ from .tracked import Tracked, write_centers
 
 REFERENCE_SCHEMA = 2
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
-GROUPING = ("group_size", "longest_group")  # settings that a group's mesh depends on through its frames only
+GROUPING = ("group_size", "longest_group", "group_starts")  # settings that a group's mesh depends on through its frames only
 
 
 @dataclass(frozen=True)

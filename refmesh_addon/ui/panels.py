@@ -127,6 +127,14 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
     stage = "reference"
     operators = ("refmesh.extract_reference",)
 
+    def draw(self, context):
+        super().draw(context)
+        if len(sequence_object(context).refmesh.groups):
+            column = self.layout.column(align=True)
+            for change, icon in (("MARKERS", "MARKER_HLT"), ("SPLIT", "ADD"), ("JOIN", "REMOVE")):
+                label = bpy.types.REFMESH_OT_edit_groups.bl_rna.properties["change"].enum_items[change].name
+                column.operator("refmesh.edit_groups", text=label, icon=icon).change = change
+
     @staticmethod
     def uses(state):
         first = first_to_run(state, "tracking")

@@ -37,7 +37,9 @@ class REFMESH_PT_sequence(RefMeshPanel, bpy.types.Panel):
         state = owner.refmesh
         first, last = state.frames[0].name, state.frames[-1].name
         layout.label(text=f"{state.root.name if state.root else owner.name}: {len(state.frames)} frames, {first} to {last}")
-        layout.prop(state, "frame_selection")
+        row = layout.row(align=True)
+        row.prop(state, "frame_selection")
+        row.operator("refmesh.exclude_frame", text="", icon="X")
         layout.prop(state, "output")
         if preferences(context):
             layout.prop(preferences(context), "memory_budget")

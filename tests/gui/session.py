@@ -87,14 +87,18 @@ def measure_ours() -> None:
 
 
 def timed(name: str, function):
-    def wrapped(self, *arguments):
+    """Blender counts the arguments of a method, so the wrapper names as many."""
+
+    def measured(*arguments):
         start = time.perf_counter()
         try:
-            return function(self, *arguments)
+            return function(*arguments)
         finally:
             held[name] = max(held[name], time.perf_counter() - start)
 
-    return wrapped
+    if name.endswith(".modal"):
+        return lambda self, context, event: measured(self, context, event)
+    return lambda self, context: measured(self, context)
 
 
 def import_by_file_browser() -> Iterator[float | None]:
@@ -214,7 +218,7 @@ def until(wanted) -> Iterator[float | None]:
 
 
 def owner() -> bpy.types.Object:
-    return next(member for member in bpy.data.objects if member.refmesh.frames)
+    return next(iter(member for member in bpy.data.objects if member.refmesh.frames), None)
 
 
 def job() -> bpy.types.Operator | None:

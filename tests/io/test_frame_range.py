@@ -1,7 +1,7 @@
 import pytest
 
 from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.io.frame_range import FrameRange, in_words, parse_ranges
+from refmesh_addon.io.frame_range import FrameRange, as_choice, in_words, parse_ranges
 
 
 def test_ranges_are_read_as_written():
@@ -36,3 +36,11 @@ def test_words_read_back_give_the_numbers():
     numbers = [1, 2, 3, 7, 9, 10]
     ranges = parse_ranges(in_words(numbers))
     assert [number for number in range(20) if any(number in item for item in ranges)] == numbers
+
+
+def test_a_choice_among_numbers_comes_back_as_text():
+    everything = [6, 7, 8, 10, 11, 20]
+    for chosen, text in (([6, 7, 8, 10], "6-10"), ([7, 11, 20], "7,11-20"), ([], ""), (everything, "6-20")):
+        assert as_choice(chosen, everything) == text
+        ranges = parse_ranges(text)
+        assert [number for number in everything if any(number in item for item in ranges)] == chosen
