@@ -15,6 +15,7 @@ from scipy.sparse.linalg import splu
 
 from .closest_point import SurfaceIndex
 from .geometry import triangle_normals, vertex_normals
+from .holes import capped
 from .mapping import FrameMap
 from .types import TriangleMesh, _FrozenArrays
 from .voxels import Grid, fill, grid_around
@@ -54,7 +55,7 @@ class AnchorFrame:
         """mesh : mapped anchor frame.  whole : (T,) bool, its triangles that do not span a tear."""
         surface = TriangleMesh(mesh.vertices, mesh.triangles[whole])
         grid = grid_around(mesh.vertices, IOU_RESOLUTION)
-        return cls(SurfaceIndex(surface), triangle_normals(surface), grid, fill(mesh, grid))
+        return cls(SurfaceIndex(surface), triangle_normals(surface), grid, fill(mesh if whole.all() else capped(surface), grid))
 
     def iou(self, mesh: TriangleMesh) -> float:
         """Of the volumes of a mapped frame and this one, also where the frame leaves the anchor frame's box."""
@@ -76,12 +77,12 @@ def align(frame: FrameMap, targets: np.ndarray, anchor: AnchorFrame, steps: int)
     The IoU never falls: a step that would lower it is damped, then refused.
     """
     mesh = frame.to(targets)
-    best = before = anchor.iou(mesh)
+    best = before = anchor.iou(frame.closed(mesh))
     for rigidity in np.geomspace(STIFFEST, SOFTEST, steps):
         move = _pull(mesh, frame, anchor, rigidity)
         for share in STEP_SHARES:
             candidate = frame.to(targets + share * move)
-            score = anchor.iou(candidate)
+            score = anchor.iou(frame.closed(candidate))
             if score > best:
                 targets, mesh, best = targets + share * move, candidate, score
                 break

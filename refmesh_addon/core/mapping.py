@@ -14,6 +14,7 @@ from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
 from .geometry import vertex_normals
+from .holes import capped
 from .rotations import RigidMotions, closest_rotations, rigid_motions
 from .types import TriangleMesh
 
@@ -91,6 +92,11 @@ class FrameMap:
     def whole(self, mapped: TriangleMesh) -> np.ndarray:
         """(T,) bool, triangles of the carried mesh that do not span a tear."""
         return ~torn(self.mesh, mapped.vertices, self.spacing)
+
+    def closed(self, mapped: TriangleMesh) -> TriangleMesh:
+        """The carried mesh with caps where it has torn: bodies that part enclose nothing of what is between them."""
+        whole = self.whole(mapped)
+        return mapped if whole.all() else capped(TriangleMesh(mapped.vertices, mapped.triangles[whole]))
 
 
 def spline_mapped(points: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.ndarray:

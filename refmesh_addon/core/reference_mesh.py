@@ -9,6 +9,7 @@ from .geometry import sample_surface, triangle_areas, triangle_normals, vertex_c
 from .types import TriangleMesh
 
 POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each triangle of the budget
+LEAST_POINTS = 6000  # of a whole group, however few triangles: enough for the coarsest reconstruction
 SURPLUS = 1.5  # triangles that the reconstruction should have for each triangle of the budget, so that detail survives
 PADDING = 1.1  # the octree's side against the longest side of the points
 DEPTHS = (5, 11)
@@ -21,6 +22,11 @@ def oriented_points(mesh: TriangleMesh, whole: np.ndarray, count: int, rng: np.r
     surface = TriangleMesh(mesh.vertices, mesh.triangles[whole])
     points, owners = sample_surface(surface, count, rng)
     return points, triangle_normals(surface)[owners]
+
+
+def points_per_frame(triangles: int, frames: int) -> int:
+    """Points that each frame of a group gives to its reconstruction. triangles : the budget."""
+    return int(np.ceil(max(POINTS_PER_TRIANGLE * triangles, LEAST_POINTS) / frames))
 
 
 def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:

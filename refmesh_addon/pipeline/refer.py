@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..core.geometry import is_watertight, vertex_components
-from ..core.reference_mesh import POINTS_PER_TRIANGLE
+from ..core.reference_mesh import points_per_frame
 from ..core.types import TriangleMesh
 from ..io.files import output_folder
 from ..io.meshes import write_ply
@@ -119,7 +119,7 @@ def _alignment_task(context: Context, tracked: Tracked, span: _Span, frame: int,
     anchor = span.frames[group.anchor]
     meshes = context.frames.body(frame), context.frames.body(anchor)
     positions = tracked.seen((span.frames[0], frame, anchor))[1:]
-    count = int(POINTS_PER_TRIANGLE * _budget(context, span.frames) / len(span.frames))
+    count = points_per_frame(_budget(context, span.frames), len(span.frames))
     return meshes[0], positions[0], meshes[1], positions[1], group, context.settings.reference, count
 
 

@@ -7,6 +7,7 @@ from scipy import sparse
 
 from refmesh_addon.core import lloyd, mapping
 from refmesh_addon.core.affinity import near_pairs
+from refmesh_addon.core.geometry import is_watertight, signed_volume, vertex_components
 from refmesh_addon.core.mapping import INWARD, NEIGHBORS, FrameMap, bind, spline_mapped, torn
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.core.volume import sample_volume
@@ -183,3 +184,16 @@ def test_torn_needs_both_a_share_and_a_length():
     assert torn(triangle, 1.5 * triangle.vertices, 0.1).tolist() == [False], "half as long again, though long"
     assert torn(tiny, 3 * tiny.vertices, 1.0).tolist() == [False], "three times as long, though short"
     assert torn(triangle, 0.1 * triangle.vertices, 1.0).tolist() == [False], "shrinking tears nothing"
+
+
+def test_bodies_that_part_are_closed_each_by_itself(stack):
+    """The upper box lifts off: what is enclosed stays as much as it was, and nothing spans the gap."""
+    targets = stack.centers + np.where(stack.centers[:, 2:] > 0, [0.0, 0.0, 2.0], 0.0)
+    frame = stack.map()
+    lifted = frame.to(targets)
+    closed = frame.closed(lifted)
+    assert not frame.whole(lifted).all()
+    assert is_watertight(closed)
+    assert vertex_components(closed)[0] == 2
+    assert signed_volume(closed) == pytest.approx(signed_volume(stack.mesh), rel=0.1)
+    assert frame.closed(stack.mesh) is stack.mesh

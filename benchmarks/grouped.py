@@ -1,0 +1,163 @@
+"""One group of frames, its reference mesh made in one way or another, and how well that serves the frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from refmesh_addon.core import metrics
+from refmesh_addon.core.affinity import near_pairs
+from refmesh_addon.core.geometry import merged, triangle_areas, vertex_components
+from refmesh_addon.core.holes import capped
+from refmesh_addon.core.mapping import FrameMap, spline_mapped
+from refmesh_addon.core.reference_mesh import points_per_frame
+from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.sequence import find_sequence
+from refmesh_addon.pipeline.deforming import GroupShape, ReferenceDeformer
+from refmesh_addon.pipeline.parallel import Workers
+from refmesh_addon.pipeline.stages import GroupCenters, align_frame, build_reference, place_centers
+
+from .common import tracked
+
+SAMPLES = 50_000
+
+
+@dataclass(frozen=True)
+class Take:
+    """Tracked frames.  meshes : as captured.  bodies : closed.  positions : (F, C, 3).  affinity : (C, C).  spacing : s."""
+
+    numbers: tuple[int, ...]
+    meshes: list[TriangleMesh]
+    bodies: list[TriangleMesh]
+    positions: np.ndarray
+    affinity: sparse.csr_matrix
+    spacing: float
+
+    def part(self, frames: list[int]) -> Take:
+        """Some of its frames, by index; the tracking stays that of the whole take."""
+        chosen = lambda items: [items[index] for index in frames]
+        return Take(
+            tuple(chosen(self.numbers)), chosen(self.meshes), chosen(self.bodies), self.positions[frames], self.affinity, self.spacing
+        )
+
+
+def tracked_take(source: str | Path, frames: str, settings: TrackingSettings) -> Take:
+    """Reads and tracks frames as a job does."""
+    found = find_sequence(source, frames).frames
+    meshes = [read_mesh(frame.path) for frame in found]
+    bodies = [capped(merged(mesh)[0]) for mesh in meshes]
+    states = [state for state, _ in tracked(bodies, settings)]
+    affinity = states[-1].affinity
+    positions = np.stack([state.centers for state in states])
+    return Take(tuple(frame.number for frame in found), meshes, bodies, positions, affinity.weights(), affinity.spacing)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference mesh.  targets : (C, 3) the centers in it, for each frame.  before, after : IoU of each with the anchor frame."""
+
+    mesh: TriangleMesh
+    centers: GroupCenters
+    targets: list[np.ndarray]
+    mapping: str = "affinity"
+    before: list[float] = field(default_factory=list)
+    after: list[float] = field(default_factory=list)
+
+    def carried(self, frame: int, take: Take) -> TriangleMesh:
+        """The mesh carried to a frame by the centers alone."""
+        if self.mapping == "rbf":
+            return self.mesh.moved(spline_mapped(self.mesh.vertices, self.targets[frame], take.positions[frame]))
+        carrier = FrameMap(self.mesh, self.targets[frame], self.centers.affinity, self.centers.spacing)
+        return carrier.to(take.positions[frame])
+
+
+def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Reference:
+    """Ours, or with other settings the paper's: what the reference stage makes of all frames of the take as one group."""
+    group = place_centers(take.positions, take.affinity, take.spacing, counted=settings.stress)
+    budget = settings.triangles or int(np.median([len(mesh.triangles) for mesh in take.meshes]))
+    count = points_per_frame(budget, len(take.meshes))
+    anchor = take.bodies[group.anchor]
+    tasks = [
+        (body, centers, anchor, take.positions[group.anchor], group, settings, count) for body, centers in zip(take.bodies, take.positions)
+    ]
+    aligned = _mapped(workers, align_frame, tasks)
+    kept = [one for one in aligned if one["after"] >= settings.least_overlap]
+    points, normals = (np.concatenate([one[name] for one in kept]) for name in ("points", "normals"))
+    (made,) = _mapped(workers, build_reference, [(points, normals, anchor, take.spacing, budget, settings.poisson_depth)])
+    before, after = ([float(one[name]) for one in aligned] for name in ("before", "after"))
+    targets = [one["targets"] for one in aligned]
+    mesh = TriangleMesh(made["vertices"], made["triangles"])
+    return Reference(mesh, group, targets, settings.mapping, before, after)
+
+
+def frame_as_reference(take: Take, index: int) -> Reference:
+    """One frame as the reference, as embedded-deformation codecs have it: nodes carry what is near, whatever body it is of."""
+    centers = take.positions[index]
+    near = near_pairs(centers, take.spacing).weights()
+    return Reference(take.bodies[index], GroupCenters(centers, near, take.spacing, index, 0.0), [centers] * len(take.meshes))
+
+
+def first_frame(take: Take) -> int:
+    """The simplest choice."""
+    return 0
+
+
+def best_frame(take: Take) -> int:
+    """The frame most likely to show all that the others show: many components, then low genus, then a large surface.
+
+    After the feasibility score of Collet et al. 2015, which counts the same three.
+    """
+
+    def score(body: TriangleMesh) -> tuple[float, ...]:
+        components = vertex_components(body)[0]
+        edges = np.unique(np.sort(body.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+        euler = len(np.unique(body.triangles)) - len(edges) + len(body.triangles)
+        return components, -(components - euler / 2), float(triangle_areas(body).sum())
+
+    return max(range(len(take.bodies)), key=lambda index: score(take.bodies[index]))
+
+
+def judged(take: Take, reference: Reference, settings: DeformationSettings | None, workers: Workers) -> dict[str, dict]:
+    """Distances in % of the diagonal over all frames, of the mesh `carried` by its centers, and of the `fitted` one where wanted."""
+    result = {}
+    for name, make in (("carried", _carried), ("fitted", partial(_fitted, settings=settings))):
+        if name == "carried" or settings is not None:
+            tasks = [(make, take.part([index]), reference, index) for index in range(len(take.meshes))]
+            result[name] = _summary(_mapped(workers, _distance, tasks))
+    return result
+
+
+def _carried(take: Take, reference: Reference, target: np.ndarray) -> TriangleMesh:
+    return Reference(reference.mesh, reference.centers, [target], reference.mapping).carried(0, take)
+
+
+def _fitted(take: Take, reference: Reference, target: np.ndarray, settings: DeformationSettings) -> TriangleMesh:
+    deformer = ReferenceDeformer(GroupShape("", reference.mesh, reference.centers, settings))
+    return reference.mesh.moved(deformer.to(target, take.meshes[0], take.positions[0])["vertices"])
+
+
+def _distance(make: Callable, take: Take, reference: Reference, index: int) -> metrics.TwoSidedDistance:
+    mesh = make(take, reference, reference.targets[index])
+    return metrics.surface_distance(take.meshes[0], mesh, SAMPLES, np.random.default_rng(0))
+
+
+def _summary(distances: list[metrics.TwoSidedDistance]) -> dict[str, float]:
+    """Mean over the frames of means and 99th percentiles, and the largest maximum, %."""
+    result = {}
+    for side in ("source_to_deformed", "deformed_to_source"):
+        found = [getattr(distance, side) for distance in distances]
+        result |= {f"{side}_mean": np.mean([one.mean for one in found]), f"{side}_p99": np.mean([one.p99 for one in found])}
+        result[f"{side}_max"] = max(one.max for one in found)
+    return {name: round(100 * float(value), 5) for name, value in result.items()}
+
+
+def _mapped(workers: Workers, function: Callable, tasks: list[tuple]) -> list:
+    found = dict(workers.map(function, tasks, lambda: None))
+    return [found[index] for index in range(len(tasks))]
