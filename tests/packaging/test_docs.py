@@ -49,6 +49,16 @@ def test_options_of_the_command_line_are_there():
     assert "|".join(PRESETS) in page.replace("\\", "")
 
 
+def test_words_of_the_panel_are_those_that_artists_read():
+    page = " ".join((ROOT / "docs" / "artist.md").read_text().split())
+    sources = "".join(path.read_text() for path in (ROOT / "refmesh_addon").rglob("*.py"))
+    settings = {item.metadata["label"] or item.name.replace("_", " ").title() for item in flat_fields()}
+    blenders = {"Edit", "Preferences", "Get Extensions", "Install from Disk", "File", "Import", "Add-ons", "RefMesh"}
+    for label in re.findall(r"(?<!\*)\*([A-Z][^*]+)\*(?!\*)", page):
+        for word in label.split(" > "):
+            assert word in settings | blenders or f'"{word}"' in sources, word
+
+
 def test_pictures_are_small():
     assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix != ".md") < LARGEST
 
