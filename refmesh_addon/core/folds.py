@@ -11,9 +11,9 @@ from .cotangent import triangle_adjacency
 from .geometry import mean_edge_length, triangle_normals
 from .types import TriangleMesh
 
-REACH = 3  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
+REACH = 2  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
 HOLD, LOOSER = 40.0, 0.3  # pull of a loose vertex to its place at the first attempt, where an edge weighs 0.58, and from one to the next
-TURNS = 4  # local and global steps of each attempt
+TURNS = 2  # local and global steps of each attempt
 LEASH = 0.5  # mean edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
 
 

@@ -139,8 +139,8 @@ class DeformationSettings:
         6, "Rounds that pull the deformed surface onto the source; 0 stops after the key points, as in the paper", low=0, high=100
     )
     steady_frames: int = option(
-        3,
-        "Frames to either side over which sliding of vertices along the surface is evened out; 0 leaves each frame by itself",
+        2,
+        "Frames to either side that help to bring vertices to rest which tremble along the surface; 0 leaves each frame by itself",
         low=0,
         high=100,
     )

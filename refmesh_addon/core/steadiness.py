@@ -1,32 +1,44 @@
-"""Vertices that slide to and fro along the surface from frame to frame are brought to rest.
+"""Vertices that tremble along the surface from frame to frame are brought to rest.
 
-Every frame is fitted by itself, to triangles of its own, and pulls each vertex a little its own way along the surface. What
-counts is how a vertex lies beside the place where the centers carry it, seen from its own turned surroundings: there a spot
-of the skin hardly moves, however fast the body does, so evening it out in time takes the noise and leaves the motion.
+Every frame is fitted by itself, to triangles of its own, and pulls each vertex a little its own way along the surface. Over a
+few frames a spot of the skin moves on a parabola: what of that a frame misses, along the surface, is noise. Velocity and
+acceleration are kept (Savitzky and Golay 1964), and where the surface lies is left to the fit.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .geometry import vertex_normals
+from .geometry import TINY, mean_edge_length, vertex_normals
 from .types import TriangleMesh
 
-SHARE = 0.25  # of each neighbour in a frame's new value: of all such means the one that damps a flicker most
+DEGREE = 2
+LEASH = 0.5  # mean edge lengths that a vertex may be moved: on a path more bent than a parabola, it keeps near to its place
 
 
-def steadied(mesh: TriangleMesh, vertices: np.ndarray, carried: np.ndarray, turns: np.ndarray, frames: int) -> np.ndarray:
+def steadied(mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames: int) -> np.ndarray:
     """(F, R, 3) vertices moved along the surface only, so that they keep their places on it from frame to frame.
 
-    mesh : its triangles count.  vertices : (F, R, 3) fitted, in successive frames, scene units.  carried : (F, R, 3) where the
-    centers carry them.  turns : (F, R, 3, 3) how the surroundings of each turn on the way (column vectors).
-    frames : how far evening out reaches to either side; 0 gives the vertices back.
+    mesh : its triangles count.  vertices : (F, R, 3) in successive frames, scene units.  times : (F,) ascending, any unit.
+    frames : how many to either side have a say; 0 gives the vertices back, and fewer than four frames in all change nothing.
     """
-    beside = np.einsum("frji,frj->fri", turns, vertices - carried)
-    even = beside
-    for _ in range(frames):
-        padded = np.concatenate([even[:1], even, even[-1:]])
-        even = (1 - 2 * SHARE) * even + SHARE * (padded[:-2] + padded[2:])
-    moves = np.einsum("frij,frj->fri", turns, even - beside)
-    normals = np.stack([vertex_normals(mesh.moved(frame)) for frame in vertices])
-    return vertices + moves - normals * np.einsum("fri,fri->fr", moves, normals)[..., None]
+    moves = np.tensordot(_parabolas(times, frames) - np.eye(len(vertices)), vertices, axes=1)
+    for move, positions in zip(moves, vertices):
+        surface = mesh.moved(positions)
+        normals = vertex_normals(surface)
+        move -= normals * np.einsum("ri,ri->r", move, normals)[:, None]
+        length = np.linalg.norm(move, axis=1, keepdims=True)
+        move *= np.minimum(1.0, LEASH * mean_edge_length(surface) / np.maximum(length, TINY))
+    return vertices + moves
+
+
+def _parabolas(times: np.ndarray, frames: int) -> np.ndarray:
+    """(F, F) matrix that takes positions to those on the parabolas fitted to the nearest 2 `frames` + 1 of them."""
+    count = len(times)
+    width = min(2 * frames + 1, count)
+    result = np.zeros((count, count))
+    for frame in range(count):
+        first = min(max(frame - frames, 0), count - width)
+        powers = np.vander(times[first : first + width].astype(float) - times[frame], min(DEGREE + 1, width), increasing=True)
+        result[frame, first : first + width] = np.linalg.pinv(powers)[0]
+    return result

@@ -22,7 +22,7 @@ from .deforming import GroupShape, deform_reference
 from .refer import Group
 from .tracked import Tracked
 
-DEFORMATION_SCHEMA = 2
+DEFORMATION_SCHEMA = 3
 FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
 
 
@@ -71,13 +71,12 @@ def _entry(context: Context, group: Group, frame: int) -> str:
 def _finished(context: Context, group: Group, key: str) -> dict[int, TriangleMesh]:
     """The group's frames and its hand-over, steadied; the frames are written and reported."""
     entries = {frame: _read_again(context, group, frame, key) for frame in group.targets}
-    vertices, carried = (np.stack([entry[name] for entry in entries.values()]) for name in ("vertices", "carried"))
-    turns = np.stack([Rotation.from_rotvec(entry["turns"]).as_matrix() for entry in entries.values()])
-    placed = steadied(group.mesh, vertices, carried, turns, context.settings.deformation.steady_frames)
+    vertices, times = np.stack([entry["vertices"] for entry in entries.values()]), np.array([context.numbers[frame] for frame in entries])
+    placed = steadied(group.mesh, vertices, times, context.settings.deformation.steady_frames)
     meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
     output_folder(context.output / "deformed")
-    for frame, turned in zip(group.frames, turns, strict=False):
-        flipped = folded_triangles(meshes[frame], group.mesh, turned)
+    for frame in group.frames:
+        flipped = folded_triangles(meshes[frame], group.mesh, Rotation.from_rotvec(entries[frame]["turns"]).as_matrix())
         _write_frame(context, group, frame, meshes[frame], (flipped, entries[frame]["held"], entries[frame]["hidden"]))
     return meshes
 

@@ -54,8 +54,8 @@ class ReferenceDeformer:
 
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
         Returns `vertices` (R, 3); `keypoints` (K,) and `keypoint_targets` (K, 3), the matched ones; `held` (R,), which
-        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `carried` (R, 3) and `turns` (R, 3), where the centers
-        carry the vertices, and how they turn their surroundings, as axes times angles in radians.
+        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `turns` (R, 3), how the centers turn the surroundings
+        of the vertices, as axes times angles in radians.
         """
         carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
         source = FrameMap(mesh, centers, self._group.affinity, self._group.spacing)
@@ -73,7 +73,6 @@ class ReferenceDeformer:
             "keypoint_targets": goals,
             "held": fitted.held,
             "hidden": behind_contact(deformed, owners, centers, self._akin, index, self._group.spacing),
-            "carried": start,
             "turns": Rotation.from_matrix(turns).as_rotvec(),
         }
 
