@@ -9,7 +9,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test lint samples pictures extension test-extension lock clean
+.PHONY: help environment demo test peers lint samples pictures extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -27,6 +27,10 @@ test: environment
 	$(PYTEST) tests $(BPY_TESTS:%=--ignore=%) || status=1; \
 	$(PYTEST) $(BPY_TESTS) || status=1; \
 	exit $$status
+
+## make peers      add libigl, Open3D and matplotlib to .venv, for some of the benchmarks
+peers: environment
+	.venv/bin/pip install --quiet --require-hashes --no-deps -r environment/peers.txt
 
 ## make lint       style, docstrings, types, and who may import whom
 lint: environment
@@ -56,6 +60,7 @@ test-extension: extension
 lock:
 	$(PYTHON) -m venv --clear build/lock && build/lock/bin/pip install --quiet uv==0.13.9
 	$(LOCK) --python-version 3.11 environment/requirements.in -o environment/requirements.txt
+	$(LOCK) --python-version 3.11 -c environment/requirements.txt environment/peers.in -o environment/peers.txt
 	$(LOCK) --python-version 3.11 --no-deps extension/wheels.in -o extension/wheels-cp311.txt
 	$(LOCK) --python-version 3.13 --no-deps extension/wheels.in -o extension/wheels-cp313.txt
 

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from benchmarks import memory, published_tracking, reconstruction
+from benchmarks import arap, drift, matching, memory, published_tracking, reconstruction
 from benchmarks.common import tracked
 from benchmarks.frames import frames_folder
 from benchmarks.trajectories import CASES, Case, judge
-from refmesh_addon.core.geometry import sample_surface, triangle_normals
+from refmesh_addon.core.arap import ArapSolver
+from refmesh_addon.core.geometry import is_watertight, sample_surface, triangle_normals
 from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.core.volume import sample_volume
 from sample_scenes.generators import SEQUENCES
@@ -31,7 +32,7 @@ def cache(tmp_path_factory) -> Path:
 
 def last_line(name: str, *options: str) -> dict:
     """What the benchmark's last line says."""
-    done = subprocess.run([sys.executable, "-m", f"benchmarks.{name}", *SMALL, *options], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", f"benchmarks.{name}", *options], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -45,7 +46,7 @@ def numbers(value) -> list[float]:
 
 def test_trajectories(cache):
     options = ("--frames", str(FRAMES), "--set", "resolution=33", "--repeat", "--cache", str(cache))
-    found = last_line("trajectories", "--cases", "bar", "appear", *options)
+    found = last_line("trajectories", *SMALL, "--cases", "bar", "appear", *options)
     assert found["settings"]["resolution"] == 33
     everywhere = {"median", "p95", "wrong_end", "wrong_worst", "dfu_mean", "dfu_end", "lost", "not_finite", "repeat_median", "repeat_p95"}
     assert set(found["cases"]) == {"bar", "appear"}
@@ -55,7 +56,7 @@ def test_trajectories(cache):
 
 
 def test_tracking(cache):
-    found = last_line("tracking", str(frames_folder("bar", FRAMES, cache)), "--frames", "1-2", "--limit", "20")
+    found = last_line("tracking", *SMALL, str(frames_folder("bar", FRAMES, cache)), "--frames", "1-2", "--limit", "20")
     expected = {"seconds", "published_seconds", "ratio", "energy_ratio", "same_energy", "ratio_to_our_energy", "published_finished"}
     assert expected <= set(found)
     assert found["frames"] == 1
@@ -64,7 +65,7 @@ def test_tracking(cache):
 
 
 def test_memory(cache):
-    found = last_line("memory", "--frames", "10", "20", "--cache", str(cache))
+    found = last_line("memory", *SMALL, "--frames", "10", "20", "--cache", str(cache))
     assert {"peak_mebibytes", "peak_ratio", "pace_start", "pace_end", "pace_ratio"} <= set(found)
     assert found["frames"] == [10, 20]
     assert min(found["peak_mebibytes"]) > 1
@@ -99,6 +100,62 @@ def test_figures_of_a_run(tmp_path):
     assert row["closed"] == "1 of 1"
     assert row["seconds"] == 3.5
     assert done.stdout.startswith("| a, 2 frames | 0.1 | 0.2 | 0.3 | 0.2 |")
+
+
+def test_drift(cache):
+    small = ("--set", "centers=60", "--set", "resolution=32", "--set", "samples=1000", "--set", "triangles=2000")
+    options = ("--cases", "tumble", "--frames", "6", "--set", "group_size=3", "--cache", str(cache))
+    found = last_line("drift", *options, *small)["cases"]["tumble"]
+    expected = {"median", "p95", "acceleration_ratio", "true_acceleration_ratio", "jump_ratio", "mean_distance", "flipped"}
+    assert expected <= set(found)
+    assert np.isfinite(numbers(found)).all()
+    assert found["median"] < 1.0
+    assert found["true_acceleration_ratio"] > 0
+
+
+def test_drift_of_the_true_motion_is_none(cache):
+    case = Case.named("beam", FRAMES, cache)
+    truth = drift.moved(case, case.meshes[0].vertices, 0, np.arange(FRAMES))
+    assert_allclose(truth[0], case.meshes[0].vertices, atol=1e-9)
+    take = drift.Take(np.arange(FRAMES), truth, truth, case.meshes[0].triangles, 0, 1.0)
+    found = drift.figures(case, [take], truth)
+    assert found["median"] == found["p95"] == 0.0
+    assert_allclose(found["acceleration_ratio"], 1.0)
+    first, second = (drift.Take(np.array([at]), truth[[at]], truth[[at]], take.triangles, 0, 1.0) for at in (0, 1))
+    jump, _ = drift.boundary(case, first, second)
+    assert_allclose(jump, 0.0, atol=1e-9)
+
+
+def test_arap():
+    found = last_line("arap", "--vertices", "800", "--iterations", "3", "--methods", "refmesh")
+    assert found["vertices"] == 800
+    assert found["methods"]["refmesh"]["energy"] > 0
+    assert np.isfinite(numbers(found)).all()
+
+
+def test_arap_energy_is_the_solvers_own():
+    mesh = arap.torus(800)
+    assert is_watertight(mesh)
+    handles, targets = arap.task(mesh)
+    result = ArapSolver(mesh, 0.0).deform(handles, targets[0], mesh.vertices, weight=np.inf, iterations=5)
+    assert_allclose(arap.energy(mesh, result.vertices), result.energies[-1], rtol=1e-9)
+    assert_allclose(arap.energy(mesh, mesh.vertices @ np.diag([1.0, -1.0, -1.0]) + 3), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["libigl", "open3d"])
+def test_arap_ends_where_others_do(name):
+    pytest.importorskip({"libigl": "igl"}.get(name, name), reason="libigl and Open3D come with `make peers`")
+    mesh = arap.torus(800)
+    found = arap.compared({key: arap.METHODS[key] for key in ("refmesh", name)}, mesh, 200, 1)
+    assert_allclose(found["refmesh"]["energy"], found[name]["energy"], rtol=1e-3)
+
+
+def test_matching():
+    found = last_line("matching", "--cell", "4.5")
+    assert set(found["methods"]) == set(matching.METHODS)
+    assert np.isfinite(numbers(found)).all()
+    assert all(0 <= method[key] <= 1 for method in found["methods"].values() for key in ("precision", "recall"))
+    assert found["methods"]["guided"]["precision"] >= 0.8
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -8,6 +8,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 LOCKS = {
     "environment/requirements.txt": "environment/requirements.in",
+    "environment/peers.txt": "environment/peers.in",
     "extension/wheels-cp311.txt": "extension/wheels.in",
     "extension/wheels-cp313.txt": "extension/wheels.in",
 }

@@ -1,0 +1,158 @@
+"""Whether vertices stay on their spot of the skin: the whole job on sequences whose true motion is known.
+
+    python -m benchmarks.drift [--cases beam clasp] [--frames 10] [--group-size 5] [--set name=value]
+
+A vertex belongs to the place of the body where it lies in the anchor frame of its group; in the other frames it is compared
+with the closed-form motion of that place.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from refmesh_addon.core.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry import mean_edge_length
+from refmesh_addon.core.settings import Settings, flat_fields
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.report import read_report
+from refmesh_addon.pipeline.job import JobSpec
+from refmesh_addon.pipeline.run import run
+
+from .frames import CACHE, frames_folder
+from .trajectories import CASES, Case
+
+SEEN = ("tumble", "beam", "clasp")  # whose outline shows how they move, so that the true motion can be known at all
+OF_SEQUENCE = 30  # frames from time 0 to 1, of which the first are taken: the motion from frame to frame of the other benchmarks
+TYPES = {item.name: type(item.default) for item in flat_fields()}
+
+
+@dataclass(frozen=True)
+class Take:
+    """One group's frames.
+
+    indices : of its frames.  vertices : (F, R, 3).  truth : (F, R, 3) where the places of the anchor frame went.
+    triangles : (S, 3).  anchor : position in the group.  length : mean edge length.
+    """
+
+    indices: np.ndarray
+    vertices: np.ndarray
+    truth: np.ndarray
+    triangles: np.ndarray
+    anchor: int
+    length: float
+
+    @property
+    def drift(self) -> np.ndarray:
+        """(F - 1, R) distances from the true places in all frames but the anchor, in mean edge lengths."""
+        return np.delete(np.linalg.norm(self.vertices - self.truth, axis=2), self.anchor, axis=0) / self.length
+
+    def mesh(self, position: int) -> TriangleMesh:
+        return TriangleMesh(self.vertices[position], self.triangles)
+
+
+def takes(case: Case, output: Path) -> list[Take]:
+    """The groups of a finished run, each beside its truth."""
+    report, found = read_report(output), []
+    for group in report["groups"]:
+        meshes = [read_mesh(output / frame["deformed"]) for frame in report["frames"] if frame["group"] == group["index"]]
+        indices, anchor = np.array(group["frames"]) - 1, group["frames"].index(group["anchor"])
+        vertices = np.stack([mesh.vertices for mesh in meshes])
+        truth = moved(case, vertices[anchor], indices[anchor], indices)
+        found.append(Take(indices, vertices, truth, meshes[0].triangles, anchor, mean_edge_length(meshes[anchor])))
+    return found
+
+
+def moved(case: Case, points: np.ndarray, start: int, frames: np.ndarray) -> np.ndarray:
+    """(F, N, 3) where (N, 3) points of one frame truly are in others."""
+    bodies = case.bodies_of(points, case.times[start])
+    rest = case.sequence.rest(points, bodies, case.times[start])
+    return np.stack([case.sequence.motion(rest, bodies, case.times[frame]) for frame in frames])
+
+
+def figures(case: Case, found: list[Take], centers: np.ndarray) -> dict[str, float]:
+    """Drift in edge lengths, accelerations as ratios, and what happens at the boundaries of groups.
+
+    centers : (F, C, 3) of all frames.
+    """
+    drift = np.concatenate([take.drift.ravel() for take in found])
+    long = [take for take in found if len(take.indices) > 2]
+    inner = {"vertices": [take.vertices for take in long], "truth": [take.truth for take in long]}
+    inner["centers"] = [centers[take.indices] for take in long]
+    pace = {name: np.mean([acceleration(positions) for positions in values]) for name, values in inner.items()}
+    jumps, errors = np.array([boundary(case, *pair) for pair in zip(found, found[1:])]).reshape(-1, 2).T
+    return {
+        "median": np.median(drift),
+        "p95": np.quantile(drift, 0.95),
+        "acceleration_ratio": pace["vertices"] / pace["centers"],
+        "true_acceleration_ratio": pace["truth"] / pace["centers"],
+        "jump_ratio": jumps.mean() / errors.mean() if len(jumps) else 0.0,
+    }
+
+
+def acceleration(positions: np.ndarray) -> float:
+    """Mean length of the second differences of (F, N, 3) positions in time."""
+    return float(np.linalg.norm(np.diff(positions, 2, axis=0), axis=2).mean())
+
+
+def boundary(case: Case, last: Take, first: Take) -> tuple[float, float]:
+    """How far one group's surface, truly moved on by a frame, lies from the next group's, and what both miss their sources by, summed."""
+    before, after = last.indices[-1], first.indices[0]
+    carried = moved(case, last.vertices[-1], before, np.array([after]))[0]
+    errors = [distance(case.meshes[frame], vertices) for frame, vertices in ((before, last.vertices[-1]), (after, first.vertices[0]))]
+    return distance(first.mesh(0), carried), sum(errors)
+
+
+def distance(surface: TriangleMesh, points: np.ndarray) -> float:
+    return float(SurfaceIndex(surface).query(points).distances.mean())
+
+
+def measured(name: str, count: int, settings: Settings, cache: Path) -> dict[str, float]:
+    """Runs one case and judges it."""
+    case, began = Case.named(name, OF_SEQUENCE, cache), time.perf_counter()
+    with tempfile.TemporaryDirectory() as output:
+        source = frames_folder(CASES[name][0], OF_SEQUENCE, cache)
+        job = JobSpec(str(source), output, frames=f"1-{count}", settings=settings)
+        run(job, lambda *_: None, lambda line: print(line, file=sys.stderr))
+        seconds, report = time.perf_counter() - began, read_report(output)
+        centers = np.load(Path(output) / "centers.npz")["positions"]
+        result = figures(case, takes(case, Path(output)), centers)
+    result["mean_distance"] = np.mean([frame["deformed_to_source"]["mean"] for frame in report["frames"]])
+    result["flipped"] = max(frame["flipped"] for frame in report["frames"])
+    return {key: round(float(value), 6) for key, value in result.items()} | {"seconds": round(seconds, 1)}
+
+
+def assignment(text: str) -> tuple[str, object]:
+    """NAME=VALUE of any setting."""
+    name, _, value = text.partition("=")
+    if name not in TYPES:
+        raise argparse.ArgumentTypeError(f"'{name}' is not one of {', '.join(TYPES)}")
+    return name, TYPES[name](value)
+
+
+def main() -> None:
+    """Runs every case, prints a table and then one line of JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    forwards = [name for name, (_, backwards) in CASES.items() if not backwards]
+    parser.add_argument("--cases", nargs="+", default=list(SEEN), choices=forwards, metavar="CASE", help=f"of {', '.join(forwards)}")
+    parser.add_argument("--frames", type=int, default=10, help=f"how many of the {OF_SEQUENCE} frames (default: %(default)s)")
+    parser.add_argument("--set", action="append", default=[], type=assignment, metavar="NAME=VALUE", help="any setting of the job")
+    parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
+    arguments = parser.parse_args()
+    settings, results = Settings.from_flat({"resolution": 128, **dict(arguments.set)}), {}
+    for name in arguments.cases:
+        results[name] = measured(name, arguments.frames, settings, arguments.cache)
+        print(f"{name:8}", *(f"{key} {value:g}" for key, value in results[name].items()), sep="  ", flush=True)
+    print(json.dumps({"benchmark": "drift", "frames": arguments.frames, "settings": settings.to_flat(), "cases": results}))
+
+
+if __name__ == "__main__":
+    main()
