@@ -67,23 +67,27 @@ def parse_mesh(data: bytes, path: str | Path) -> TriangleMesh:
     return merged(mesh)[0] if kind == "stl" else mesh
 
 
-def write_ply(path: str | Path, mesh: TriangleMesh, colors: np.ndarray | None = None) -> None:
+def write_ply(path: str | Path, mesh: TriangleMesh, colors: np.ndarray | None = None, velocities: np.ndarray | None = None) -> None:
     """Binary PLY in double precision (single is too coarse far from the origin), vertices and triangles in their order.
 
-    colors : (V, 4) uint8, red, green, blue and alpha of each vertex.
+    colors : (V, 4) uint8, red, green, blue and alpha of each vertex.  velocities : (V, 3) written as float32 vx, vy and vz.
     The same mesh gives the same bytes. Raises RefMeshError when the file cannot be written.
     """
-    if colors is not None and (colors.shape != (len(mesh.vertices), 4) or colors.dtype != np.uint8):
-        raise ValueError(f"colors must be ({len(mesh.vertices)}, 4) uint8; got {colors.shape} {colors.dtype}")
-    channels = () if colors is None else ("red", "green", "blue", "alpha")
-    rows = np.empty(len(mesh.vertices), dtype=[("position", "<f8", 3), ("color", "u1", len(channels))])
-    rows["position"] = mesh.vertices
-    if colors is not None:
-        rows["color"] = colors
+    count = len(mesh.vertices)
+    if colors is not None and (colors.shape != (count, 4) or colors.dtype != np.uint8):
+        raise ValueError(f"colors must be ({count}, 4) uint8; got {colors.shape} {colors.dtype}")
+    if velocities is not None and velocities.shape != (count, 3):
+        raise ValueError(f"velocities must be ({count}, 3); got {velocities.shape}")
+    columns: list[tuple[str, str, tuple[str, ...], np.ndarray]] = [("double", "<f8", ("x", "y", "z"), mesh.vertices)]
+    columns += [] if colors is None else [("uchar", "u1", ("red", "green", "blue", "alpha"), colors)]
+    columns += [] if velocities is None else [("float", "<f4", ("vx", "vy", "vz"), velocities)]
+    rows = np.empty(count, dtype=[(names[0], kind, len(names)) for _, kind, names, _ in columns])
+    for _, _, names, values in columns:
+        rows[names[0]] = values
     faces = np.empty(len(mesh.triangles), dtype=[("corners", "u1"), ("indices", "<i4", 3)])
     faces["corners"], faces["indices"] = 3, mesh.triangles
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(rows)}"]
-    header += [f"property double {axis}" for axis in "xyz"] + [f"property uchar {channel}" for channel in channels]
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {count}"]
+    header += [f"property {word} {name}" for word, _, names, _ in columns for name in names]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
     with atomic_file(path) as file:
         file.write("\n".join(header).encode("ascii"))

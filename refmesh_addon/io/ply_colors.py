@@ -12,6 +12,7 @@ END = b"end_header\n"
 _ROW = np.dtype([("position", "<f8", 3), ("color", "u1", 4)])
 _PROPERTIES = [b"property double x", b"property double y", b"property double z"]
 _PROPERTIES += [b"property uchar red", b"property uchar green", b"property uchar blue", b"property uchar alpha"]
+_VELOCITY = ("velocity", "<f4", 3)  # may follow
 
 
 def read_colors(path: str | Path) -> np.ndarray:
@@ -23,6 +24,7 @@ def read_colors(path: str | Path) -> np.ndarray:
     head, _, body = data.partition(END)
     lines = head.splitlines()
     count = next((int(line.split()[-1]) for line in lines if line.startswith(b"element vertex ")), 0)
-    if [line for line in lines if line.startswith(b"property ")][:7] != _PROPERTIES or len(body) < count * _ROW.itemsize:
+    row = np.dtype([*_ROW.descr, _VELOCITY]) if b"property float vx" in lines else _ROW
+    if [line for line in lines if line.startswith(b"property ")][:7] != _PROPERTIES or len(body) < count * row.itemsize:
         raise RefMeshError(f"{path}: holds no colours; run Measure Distance first")
-    return np.frombuffer(body, _ROW, count)["color"]
+    return np.frombuffer(body, row, count)["color"]

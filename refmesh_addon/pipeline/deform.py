@@ -28,11 +28,12 @@ FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is nam
 
 @dataclass(frozen=True)
 class Deformed:
-    """frames : index of frame -> the deformed reference of its group.  handovers : index of group -> its reference in the next one's
-    first frame.
+    """frames : index of frame -> the deformed reference of its group.  velocities : index of frame -> (R, 3) scene units per frame.
+    handovers : index of group -> its reference in the next one's first frame.
     """
 
     frames: dict[int, TriangleMesh]
+    velocities: dict[int, np.ndarray]
     handovers: dict[int, TriangleMesh]
 
 
@@ -48,16 +49,17 @@ def deform(context: Context, tracked: Tracked, groups: list[Group]) -> Deformed:
         group, frame = waiting[index]
         context.cache.save(_entry(context, group, frame), keys[group.index], result)
         context.notify("deformation", context.numbers[frame], (len(jobs) - len(waiting) + count + 1) / len(jobs))
-    deformed, handovers = {}, {}
+    deformed, velocities, handovers = {}, {}, {}
     for group in groups:
-        meshes = _finished(context, group, keys[group.index])
+        meshes, moving = _finished(context, group, keys[group.index])
         if group.handover is not None:
             handovers[group.index] = meshes.pop(group.handover)
         deformed |= meshes
+        velocities |= {frame: moving[frame] for frame in meshes}
         _write_playback(context, group, deformed, keys[group.index])
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
     context.remove_stale("playback/group_*.pc2", keep=[group.playback for group in context.report.groups])
-    return Deformed(deformed, handovers)
+    return Deformed(deformed, velocities, handovers)
 
 
 def _task(context: Context, tracked: Tracked, shape: GroupShape, group: Group, frame: int) -> tuple:
@@ -68,17 +70,21 @@ def _entry(context: Context, group: Group, frame: int) -> str:
     return f"deformation/handover_{group.index:03d}" if frame == group.handover else f"deformation/frame_{context.numbers[frame]:04d}"
 
 
-def _finished(context: Context, group: Group, key: str) -> dict[int, TriangleMesh]:
-    """The group's frames and its hand-over, steadied; the frames are written and reported."""
+def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, TriangleMesh], dict[int, np.ndarray]]:
+    """The group's frames and its hand-over, steadied, and their velocities; the frames are written and reported."""
     entries = {frame: _read_again(context, group, frame, key) for frame in group.targets}
     vertices, times = np.stack([entry["vertices"] for entry in entries.values()]), np.array([context.numbers[frame] for frame in entries])
     placed = steadied(group.mesh, vertices, times, context.settings.deformation.steady_frames)
     meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
+    speeds = np.gradient(placed, times, axis=0) if len(times) > 1 else np.zeros_like(placed)
+    velocities = dict(zip(entries, speeds, strict=True))
     output_folder(context.output / "deformed")
     for frame in group.frames:
-        flipped = folded_triangles(meshes[frame], group.mesh, Rotation.from_rotvec(entries[frame]["turns"]).as_matrix())
-        _write_frame(context, group, frame, meshes[frame], (flipped, entries[frame]["held"], entries[frame]["hidden"]))
-    return meshes
+        entry = entries[frame]
+        flipped = folded_triangles(meshes[frame], group.mesh, Rotation.from_rotvec(entry["turns"]).as_matrix())
+        report = _reported(context, group, frame, (flipped, entry["held"], entry["hidden"]))
+        write_ply(context.output / report.deformed, meshes[frame], velocities=velocities[frame])
+    return meshes, velocities
 
 
 def _read_again(context: Context, group: Group, frame: int, key: str) -> Arrays:
@@ -90,14 +96,14 @@ def _read_again(context: Context, group: Group, frame: int, key: str) -> Arrays:
     return found
 
 
-def _write_frame(context: Context, group: Group, frame: int, mesh: TriangleMesh, flags: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+def _reported(context: Context, group: Group, frame: int, flags: tuple[np.ndarray, np.ndarray, np.ndarray]) -> FrameReport:
     number = context.numbers[frame]
     flipped, held, hidden = (float(flag.mean()) for flag in flags)
     entry = FrameReport(number, group.index, f"deformed/frame_{number:04d}.ply", flipped, held, hidden)
-    write_ply(context.output / entry.deformed, mesh)
     context.report.frames.append(entry)
     if flipped > FLIPPED_WARNING:
         context.warn(f"frame {number}: {flipped:.2%} of the triangles are flipped; a smaller --group-size may serve it better")
+    return entry
 
 
 def _write_playback(context: Context, group: Group, deformed: dict[int, TriangleMesh], key: str) -> None:

@@ -21,11 +21,11 @@ FIGURES = ("mean", "rms", "p99", "max")
 
 def evaluate(context: Context, deformed: Deformed) -> None:
     """Fills in the distances of frames and hand-overs in the report and colours each frame's PLY by the error of each vertex."""
-    _evaluate_frames(context, deformed.frames)
+    _evaluate_frames(context, deformed.frames, deformed.velocities)
     _evaluate_handovers(context, deformed)
 
 
-def _evaluate_frames(context: Context, deformed: dict[int, TriangleMesh]) -> None:
+def _evaluate_frames(context: Context, deformed: dict[int, TriangleMesh], velocities: dict[int, np.ndarray]) -> None:
     settings = context.settings.evaluation
     frames = sorted(deformed)
     keys = {
@@ -42,7 +42,7 @@ def _evaluate_frames(context: Context, deformed: dict[int, TriangleMesh]) -> Non
         context.notify("evaluation", context.numbers[frame], (len(frames) - len(waiting) + count + 1) / len(frames))
     for position, frame in enumerate(frames):
         entry = context.report.frames[position]
-        write_ply(context.output / entry.deformed, deformed[frame], error_colors(found[frame]["errors"]))
+        write_ply(context.output / entry.deformed, deformed[frame], error_colors(found[frame]["errors"]), velocities[frame])
         context.report.frames[position] = replace(entry, **_figures(found[frame]))
 
 

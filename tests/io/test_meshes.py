@@ -9,6 +9,7 @@ from refmesh_addon.core.check import RefMeshError
 from refmesh_addon.core.geometry import is_watertight, merged, signed_volume, triangle_areas
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import parse_mesh, read_mesh, write_ply
+from refmesh_addon.io.ply_colors import read_colors
 
 FORMATS = ["obj", "ply", "stl", "glb", "off"]
 QUAD_PLY = """ply
@@ -165,6 +166,27 @@ def test_ply_colours_are_read_by_others(tmp_path, ball):
     other = trimesh.load(io.BytesIO((tmp_path / "a.ply").read_bytes()), file_type="ply", process=False)
     assert_array_equal(other.visual.vertex_colors, colors)
     assert_array_equal(other.vertices, ball.vertices)
+
+
+@pytest.mark.parametrize("colored", [True, False])
+def test_ply_velocities_are_read_by_others(tmp_path, ball, colored):
+    rng = np.random.default_rng(2)
+    velocities = rng.normal(size=ball.vertices.shape)
+    colors = rng.integers(0, 256, (len(ball.vertices), 4), dtype=np.uint8) if colored else None
+    write_ply(tmp_path / "a.ply", ball, colors, velocities)
+    other = trimesh.load(tmp_path / "a.ply", process=False)
+    rows = other.metadata["_ply_raw"]["vertex"]["data"]
+    assert_array_equal(np.column_stack([rows[name] for name in ("vx", "vy", "vz")]), velocities.astype(np.float32))
+    assert_array_equal(other.vertices, ball.vertices)
+    assert_array_equal(read_mesh(tmp_path / "a.ply").triangles, ball.triangles)
+    if colored:
+        assert_array_equal(read_colors(tmp_path / "a.ply"), colors)
+
+
+def test_ply_velocities_that_do_not_fit_are_refused(tmp_path, ball):
+    with pytest.raises(ValueError, match="velocities must be"):
+        write_ply(tmp_path / "a.ply", ball, velocities=np.zeros((3, 3)))
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("colors", [np.zeros((3, 4), np.uint8), np.zeros((162, 3), np.uint8), np.zeros((162, 4))])
