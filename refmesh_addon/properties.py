@@ -8,6 +8,7 @@ from dataclasses import fields
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from .core.check import RefMeshError
 from .core.findings import FIGURES
 from .core.settings import PRESETS, Settings, flat_fields
 
@@ -116,7 +117,13 @@ def switch_errors(state, context):
     """Errors in colour, or the plain colour, at once."""
     from .bridge.heat_map import switch_heat_map
 
-    switch_heat_map(state.id_data)
+    try:
+        switch_heat_map(state.id_data)
+    except RefMeshError as error:
+        words = str(error)
+        state.heat_map = False
+        if not bpy.app.background:
+            context.window_manager.popup_menu(lambda menu, _: menu.layout.label(text=words), title="RefMesh", icon="ERROR")
 
 
 class RefMeshSequence(bpy.types.PropertyGroup):

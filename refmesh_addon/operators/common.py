@@ -18,9 +18,9 @@ def reporting(execute: Callable) -> Callable:
     """Turns an error that is meant for a person into an ERROR report, which reaches scripts as RuntimeError."""
 
     @wraps(execute)
-    def wrapped(self, context):
+    def wrapped(self, context, *more):  # Blender counts the arguments that are named: two, as `execute` has
         try:
-            return execute(self, context)
+            return execute(self, context, *more)
         except RefMeshError as error:
             self.report({"ERROR"}, str(error))
         except ImportError as error:

@@ -33,6 +33,13 @@ class REFMESH_OT_exclude_frame(SequenceOperator, bpy.types.Operator):
         return {"FINISHED"}
 
 
+CHANGES = [
+    ("MARKERS", "Groups from Markers", "Groups begin where their markers are now: drag them on the timeline first"),
+    ("SPLIT", "Begin Group Here", "A group begins at the frame that the timeline shows"),
+    ("JOIN", "Join with Group Before", "The group that the timeline shows is joined with the one before it"),
+]
+
+
 class REFMESH_OT_edit_groups(SequenceOperator, bpy.types.Operator):
     """Change where groups of frames begin"""
 
@@ -43,16 +50,12 @@ class REFMESH_OT_edit_groups(SequenceOperator, bpy.types.Operator):
     change: EnumProperty(
         name="Change",
         description="What to change",
-        items=[
-            ("MARKERS", "Groups from Markers", "Groups begin where their markers are now: drag them on the timeline first"),
-            ("SPLIT", "Begin Group Here", "A group begins at the frame that the timeline shows"),
-            ("JOIN", "Join with Group Before", "The group that the timeline shows is joined with the one before it"),
-        ],
+        items=CHANGES,
     )
 
     @classmethod
     def description(cls, context, properties):
-        return cls.bl_rna.properties["change"].enum_items[properties.change].description
+        return next(words for change, _, words in CHANGES if change == properties.change)
 
     @classmethod
     def hindrance(cls, context):

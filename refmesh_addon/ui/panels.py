@@ -130,10 +130,7 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
     def draw(self, context):
         super().draw(context)
         if len(sequence_object(context).refmesh.groups):
-            column = self.layout.column(align=True)
-            for change, icon in (("MARKERS", "MARKER_HLT"), ("SPLIT", "ADD"), ("JOIN", "REMOVE")):
-                label = bpy.types.REFMESH_OT_edit_groups.bl_rna.properties["change"].enum_items[change].name
-                column.operator("refmesh.edit_groups", text=label, icon=icon).change = change
+            self.layout.column(align=True).operator_enum("refmesh.edit_groups", "change")
 
     @staticmethod
     def uses(state):

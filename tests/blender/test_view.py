@@ -103,3 +103,8 @@ def test_colors_of_a_file_without_them_are_refused_in_words(tmp_path):
     for name, words in (("plain.ply", "holds no colours"), ("gone.ply", "cannot be read")):
         with pytest.raises(Exception, match=words):
             read_colors(tmp_path / name)
+
+
+def test_errors_that_are_not_there_switch_the_colours_off_again(ball):
+    ball.refmesh.heat_map = True
+    assert not ball.refmesh.heat_map

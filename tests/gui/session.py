@@ -163,8 +163,9 @@ def undo_and_redo() -> Iterator[float | None]:
     names = {member.name for member in bpy.data.objects}
     with bpy.context.temp_override(**view()):
         bpy.ops.ed.undo()
-        yield None
-        seen["objects_after_undo"] = sorted(member.name for member in bpy.data.objects)
+    yield None
+    seen["objects_after_undo"] = sorted(member.name for member in bpy.data.objects)
+    with bpy.context.temp_override(**view()):
         bpy.ops.ed.redo()
     yield None
     seen["redo_brings_all_back"] = names == {member.name for member in bpy.data.objects}
