@@ -128,9 +128,15 @@ def _replacing(target: Path) -> Iterator[Path]:
         yield partial
         os.replace(partial, target)
     except (RuntimeError, OSError) as error:
-        raise RefMeshError(f"{target}: cannot be written ({str(error).strip()})") from error
+        raise RefMeshError(f"{target}: cannot be written ({_reason(error)})") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _reason(error: Exception) -> str:
+    """The last line of words: an exporter written in Python reports its whole traceback."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Location: ")]
+    return lines[-1] if lines else type(error).__name__
 
 
 _COPIES: dict[str, Callable[[dict, str, Path, Path], list[Path]]] = {"pc2": _copy_caches, "ply": _copy_frames}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +11,8 @@ from pathlib import Path
 import bpy
 
 from ..core.check import RefMeshError
+
+LAST_BLOCK, TAIL = b"ENDB", 64  # what an uncompressed .blend ends with, in its last bytes
 
 
 def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0) -> None:
@@ -53,6 +57,7 @@ def save_scene(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         for item, name, value in paths:
             setattr(item, name, _relative(value, path.parent))
+        _check_room(path)
         bpy.ops.wm.save_as_mainfile(filepath=str(path), relative_remap=True, check_existing=False)
     except (OSError, RuntimeError) as error:
         for item, name, value in paths:
@@ -60,6 +65,17 @@ def save_scene(path: Path) -> None:
         raise RefMeshError(f"{path}: the scene cannot be saved ({str(error).strip()}); choose another place") from error
     finally:
         filepaths.save_version = versions
+
+
+def _check_room(path: Path) -> None:
+    """Raises OSError when the file would be cut off: Blender says nothing of a full disk, and the file before is then lost."""
+    trial = path.with_name(f"{path.stem}.partial{path.suffix}")
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(trial), copy=True, compress=False, check_existing=False)
+        if LAST_BLOCK not in trial.read_bytes()[-TAIL:]:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        trial.unlink(missing_ok=True)
 
 
 def _sequence_paths() -> list[tuple]:

@@ -5,6 +5,7 @@ Everything is placed in the camera's coordinates: x to the right, y up, z toward
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from .objects import remove_object
 
 SAMPLES = 16  # enough for soft daylight on plain surfaces
 BACKGROUND = (0.80, 0.81, 0.82, 1.0)
+PNG_END = b"IEND\xaeB`\x82"
 INK = (0.02, 0.02, 0.025, 1.0)
 SKY_STRENGTH, SUN_STRENGTH = 0.55, 3.0
 SUN_ANGLE = 0.3  # radians: the apparent size of the sun, for soft shadows
@@ -98,6 +100,8 @@ def render(scene: bpy.types.Scene, low: np.ndarray, high: np.ndarray, target: Pa
     settings.filepath = str(partial)
     try:
         bpy.ops.render.render(write_still=True, scene=scene.name)
+        if not partial.read_bytes().endswith(PNG_END):  # Blender says nothing of a disk that was full
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         os.replace(partial, target)
     except (RuntimeError, OSError) as error:
         raise RefMeshError(f"{target}: the picture cannot be written ({str(error).strip()})") from error

@@ -1,0 +1,131 @@
+"""Disks that are full or read-only, caches that are gone, objects of another scene: a message in words, nothing half-made."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+
+import bpy
+import pytest
+
+from .conftest import write_results
+from .test_jobs import TINY
+
+SMALL = "64k"  # of a disk that is full before anything is done on it
+
+
+def mounted(place, options: str):
+    place.mkdir()
+    try:
+        subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(place)], check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("a disk of its own for the test needs the right to mount")
+    yield place
+    subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+@pytest.fixture
+def full(tmp_path):
+    yield from mounted(tmp_path / "full", f"size={SMALL}")
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    yield from mounted(tmp_path / "read-only", "ro")
+
+
+def everything() -> dict[str, set[str]]:
+    kinds = ("objects", "meshes", "collections", "actions", "node_groups", "curves", "scenes", "lights", "cameras")
+    return {kind: {item.name for item in getattr(bpy.data, kind)} for kind in kinds}
+
+
+def refused(operator: str, words: str, **arguments) -> None:
+    """The operator fails in one line of words and leaves the scene as it was."""
+    before = everything()
+    with pytest.raises(RuntimeError, match=words) as failure:
+        getattr(bpy.ops.refmesh, operator)(**arguments)
+    assert "Traceback" not in str(failure.value) and len(str(failure.value).strip().splitlines()) == 1
+    assert everything() == before
+
+
+@pytest.mark.parametrize("operator", ["check_sequence", "run_all", "track"])
+@pytest.mark.parametrize("disk, words", [("full", "No space left"), ("read_only", "Read-only")])
+def test_jobs_name_the_disk(ball, request, operator, disk, words):
+    place = request.getfixturevalue(disk)
+    refused(operator, words, output=str(place / "out"), quiet=True, **TINY)
+    assert not ball.refmesh.done and not list(place.rglob("*.partial"))
+
+
+@pytest.mark.parametrize("disk, words", [("full", "No space left|cannot be written"), ("read_only", "Read-only")])
+@pytest.mark.parametrize("kind", ["pc2", "ply", "glb"])
+def test_exports_name_the_disk(solved, request, disk, words, kind):
+    place = request.getfixturevalue(disk)
+    if disk == "full":
+        (place / "filler").write_bytes(bytes(60 * 1024))
+    refused("export", words, format=kind, directory=str(place / "export"))
+    assert not list(place.rglob("*.partial*"))
+
+
+@pytest.mark.parametrize("disk", ["full", "read_only"])
+def test_saving_and_pictures_name_the_disk(solved, request, disk):
+    place = request.getfixturevalue(disk)
+    if disk == "full":
+        (place / "filler").write_bytes(bytes(60 * 1024))
+    refused("save_scene", "scene.blend: the scene cannot be saved", filepath=str(place / "scene.blend"))
+    refused("render_preview", "No space left|cannot be written", filepath=str(place / "preview.png"), width=640)
+    assert {path.name for path in place.rglob("*") if path.is_file()} <= {"filler"}
+
+
+@pytest.mark.parametrize("disk, words", [("full", "No space left"), ("read_only", "Read-only")])
+def test_an_object_as_input_names_the_disk(blender, request, disk, words):
+    place = request.getfixturevalue(disk)
+    blender.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=64)
+    refused("import_object", words, output=str(place / "out"), first=1, last=2)
+    assert not list(place.rglob("*.ply")) and not list(place.rglob("*.partial"))
+
+
+def test_a_cache_that_is_gone_is_named(blender, solved, results):
+    shutil.rmtree(results / "playback")
+    refused("export", "run the Deform step again", format="pc2")
+    refused("export", "point cache|playback", format="glb")
+    refused("show_trails", "playback")
+    refused("load_results", "playback")
+    blender.context.scene.frame_set(10)  # the timeline still moves
+    assert solved.refmesh.shown == "10"
+
+
+def test_results_that_are_gone_are_named(solved, results):
+    shutil.rmtree(results)
+    for operator, arguments in (("load_results", {}), ("export", {"format": "ply"}), ("render_preview", {})):
+        refused(operator, "report.json", **arguments)
+
+
+def test_an_object_of_another_scene_is_not_taken(blender, solved):
+    other = bpy.data.scenes.new("other")
+    blender.context.window.scene = other
+    for operator in ("run_all", "track", "check_sequence", "export", "load_results", "show_trails", "exclude_frame", "set_timeline"):
+        refused(operator, "import one with File > Import")
+
+
+@pytest.mark.parametrize("kind", ["light_add", "camera_add", "empty_add"])
+def test_a_wrong_object_beside_two_sequences_is_refused(blender, ball, frames, kind):
+    blender.ops.refmesh.import_sequence(filepath=str(frames))
+    getattr(blender.ops.object, kind)()
+    refused("run_all", "select an object of a mesh sequence")
+
+
+def test_two_outputs_that_are_one_folder_wait_for_each_other(ball, tmp_path):
+    from refmesh_addon.pipeline.lock import output_lock
+
+    with output_lock(tmp_path / "out" / "cache", tmp_path / "out"):
+        refused("run_all", "another RefMesh job", output=str(tmp_path / "out"), quiet=True, **TINY)
+
+
+def test_results_written_to_by_another_sequence_are_refused(blender, ball, frames, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(frames, other)
+    for path in other.iterdir():
+        path.rename(path.with_name(path.name.replace("00", "01")))
+    out = write_results(tmp_path / "results", frames)
+    blender.ops.refmesh.import_sequence(filepath=str(other))
+    refused("load_results", "has frame 6, which this sequence has not", output=str(out))
