@@ -2,9 +2,9 @@
 
 import bpy
 
-from . import check, edit, export, installation, modal, object_sequence, picture, scene, sequence, settings, steps, timeline, view
+from . import check, edit, export, help, installation, modal, object_sequence, picture, scene, sequence, settings, steps, timeline, view
 
-PARTS = (sequence, object_sequence, check, edit, modal, settings, steps, timeline, view, export, picture, scene, installation)
+PARTS = (sequence, object_sequence, check, edit, modal, settings, steps, timeline, view, export, picture, scene, installation, help)
 CLASSES = tuple(cls for part in PARTS for cls in part.CLASSES)
 
 

@@ -25,6 +25,11 @@ def draw_wrapped(layout, context, words: str, icon: str = "NONE"):
         column.label(text=text, icon=icon if line == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
 
+def draw_help(layout, step: str):
+    """A button that opens the page about a step."""
+    layout.operator("refmesh.help", text="", icon="HELP", emboss=False).page = step.lower()
+
+
 def seconds_in_words(seconds: float) -> str:
     """0.4 as "0.4 s", 12.3 as "12 s", 80 as "1:20 min"."""
     if seconds < 60:

@@ -7,7 +7,7 @@ import bpy
 from ..bridge.status import first_to_run, step_status
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
-from .layout import RefMeshPanel, draw_wrapped, seconds_in_words
+from .layout import RefMeshPanel, draw_help, draw_wrapped, seconds_in_words
 from .preferences import draw_missing
 from .sequence_panel import CLASSES as SEQUENCE_CLASSES
 
@@ -65,6 +65,7 @@ class StepPanel(RefMeshPanel):
         seconds = step_status(sequence_object(context).refmesh, self.stage).seconds
         if seconds:
             self.layout.label(text=seconds_in_words(seconds))
+        draw_help(self.layout, self.bl_label)
 
     def draw(self, context):
         layout = self.layout
@@ -159,7 +160,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
             self.layout.prop(state, "arrangement")
         measured = [frame for frame in state.frames if frame.is_property_set("distance")]
         if measured:
-            self.layout.label(text="Worst frames, mean distance in % of the diagonal")
+            draw_wrapped(self.layout, context, "Worst frames, mean distance in % of the diagonal:")
             self.layout.prop(state, "heat_map")
         column = self.layout.column(align=True)
         for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
@@ -172,6 +173,9 @@ class REFMESH_PT_export(RefMeshPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         return sequence_object(context) is not None
+
+    def draw_header_preset(self, context):
+        draw_help(self.layout, self.bl_label)
 
     def draw(self, context):
         layout = self.layout

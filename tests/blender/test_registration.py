@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -88,3 +89,11 @@ def test_panel_and_operators_show_every_setting_with_its_range(blender, ball):
                 assert (item.hard_min, item.hard_max) == (setting.metadata["low"], setting.metadata["high"])
             if setting.metadata["choices"]:
                 assert list(item.enum_items.keys()) == list(setting.metadata["choices"])
+
+
+def test_every_step_has_a_page_whose_pictures_are_there(blender):
+    for step in blender.ops.refmesh.help.get_rna_type().properties["page"].enum_items:
+        assert blender.ops.refmesh.help(page=step.identifier, only_check=True) == {"FINISHED"}
+        page = ROOT / "docs" / "panel" / f"{step.identifier}.md"
+        for picture in re.findall(r"!\[.*?\]\((.*?)\)", page.read_text()):
+            assert (page.parent / picture).is_file(), picture

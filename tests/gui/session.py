@@ -9,6 +9,7 @@ runs. Writes OUTPUT/session.json, with what it saw and how long our code held th
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import shutil
 import subprocess
@@ -26,6 +27,7 @@ TINY = {"centers": 200, "resolution": 64, "group_size": 4, "alignment_steps": 2,
 PATIENCE = 300.0  # seconds for any one job
 PAUSE = 0.3  # seconds in which the window draws what was changed
 seen: dict[str, object] = {}
+troubles: set[str] = set()  # exceptions that left an operator or a panel of ours
 held: dict[str, float] = defaultdict(float)  # what of ours -> the longest time that it held the window, seconds
 
 
@@ -93,6 +95,9 @@ def timed(name: str, function):
         start = time.perf_counter()
         try:
             return function(*arguments)
+        except Exception:
+            troubles.add(f"{name}: {traceback.format_exc().splitlines()[-1]}")
+            raise
         finally:
             held[name] = max(held[name], time.perf_counter() - start)
 
@@ -206,6 +211,7 @@ def quit_while_a_job_runs() -> Iterator[float | None]:
 
 def finish() -> None:
     seen["held_ms"] = {name: round(1e3 * seconds, 1) for name, seconds in sorted(held.items(), key=lambda item: -item[1])}
+    seen["troubles"] = sorted(troubles)
     (OUTPUT / "session.json").write_text(json.dumps(seen, indent=1))
     bpy.ops.wm.quit_blender()
 
@@ -238,4 +244,5 @@ def picture(name: str) -> None:
         subprocess.run(["import", "-window", "root", str(OUTPUT / f"{name}.png")], check=False)
 
 
+faulthandler.enable()
 main()

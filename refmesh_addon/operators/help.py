@@ -1,0 +1,38 @@
+"""The page of the documentation about a step."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty
+
+from ..core.check import RefMeshError
+from .common import reporting
+
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "panel"  # in the checkout as in the zip
+STEPS = ("sequence", "track", "reference", "deform", "export")
+
+
+class REFMESH_OT_help(bpy.types.Operator):
+    """Open the page about this step"""
+
+    bl_idname = "refmesh.help"
+    bl_label = "Help"
+    bl_options = {"INTERNAL"}
+
+    page: EnumProperty(name="Page", description="Step to read about", items=[(step, step.title(), "") for step in STEPS])
+    only_check: bpy.props.BoolProperty(
+        name="Only Check", description="Only say where the page is", options={"HIDDEN", "SKIP_SAVE"}
+    )
+
+    @reporting
+    def execute(self, context):
+        page = PAGES / f"{self.page}.md"
+        if not page.is_file():
+            raise RefMeshError(f"{page}: the page is missing; install the extension again")
+        if not self.only_check:
+            bpy.ops.wm.path_open(filepath=str(page))
+        self.report({"INFO"}, f"{page}")
+        return {"FINISHED"}
+
+
+CLASSES = (REFMESH_OT_help,)
