@@ -111,10 +111,7 @@ def import_by_file_browser() -> Iterator[float | None]:
         bpy.ops.refmesh.import_sequence("INVOKE_DEFAULT", filepath=str(sorted(FRAMES.iterdir())[0]))
     yield 2.0
     picture("import")
-    window = bpy.context.window_manager.windows[-1]
-    area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
-    with bpy.context.temp_override(window=window, area=area, region=area.regions[0]):
-        bpy.ops.file.execute()
+    press("RET", next(area for area in bpy.context.window_manager.windows[-1].screen.areas if area.type == "FILE_BROWSER"))
     yield 1.0
     seen["imported"] = [frame.name for frame in owner().refmesh.frames]
     yield from until(lambda: not job())
@@ -141,7 +138,7 @@ def run_and_cancel() -> Iterator[float | None]:
     picture("running")
     seen["status"] = job().properties.status
     pressed = time.monotonic()
-    bpy.context.window_manager.windows[0].event_simulate(type="ESC", value="PRESS", x=400, y=400)
+    press("ESC", view()["area"])
     while job() and time.monotonic() < pressed + PATIENCE:
         yield 0.02
     seen["seconds_to_cancel"] = time.monotonic() - pressed
@@ -214,6 +211,15 @@ def finish() -> None:
     seen["troubles"] = sorted(troubles)
     (OUTPUT / "session.json").write_text(json.dumps(seen, indent=1))
     bpy.ops.wm.quit_blender()
+
+
+def press(key: str, area: bpy.types.Area) -> None:
+    """A key, with the mouse in the middle of the area."""
+    window = bpy.context.window_manager.windows[-1]
+    place = {"x": area.x + area.width // 2, "y": area.y + area.height // 2}
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", **place)
+    for value in ("PRESS", "RELEASE"):
+        window.event_simulate(type=key, value=value, **place)
 
 
 def until(wanted) -> Iterator[float | None]:

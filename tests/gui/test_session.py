@@ -1,0 +1,78 @@
+"""A whole session in a real Blender with a window. BLENDER names the program, which may be a script that starts it elsewhere."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SAMPLE = ROOT / "sample_scenes" / "grasp" / "frames"
+FRAMES = range(40, 46)
+SECONDS_TO_CANCEL = 1.0  # what the panel promises; the script looks every 0.02 s
+TIME_LIMIT = 900.0
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory) -> dict:
+    """What the session saw; skipped where no Blender with a window can be had."""
+    program = os.environ.get("BLENDER_WINDOW") or shutil.which("blender")
+    if not program:
+        pytest.skip("there is no Blender: put one on PATH, or name one with BLENDER_WINDOW")
+    screen = [] if os.environ.get("DISPLAY") or os.environ.get("BLENDER_WINDOW") else [shutil.which("xvfb-run"), "-a"]
+    if None in screen:
+        pytest.skip("there is no display, and no xvfb-run to make one")
+    folder = Path(os.environ.get("BLENDER_SCRATCH") or tmp_path_factory.mktemp("session"))
+    shutil.rmtree(folder, ignore_errors=True)
+    frames, output = folder / "frames", folder / "out"
+    for made in (frames, output):
+        made.mkdir(parents=True)
+    for number in FRAMES:
+        shutil.copy(SAMPLE / f"grasp_{number:04d}.obj", frames)
+    script = str(ROOT / "tests" / "gui" / "session.py")
+    command = [*screen, program, "--factory-startup", "--enable-event-simulate", "-P", script, "--", str(frames), str(output)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT)
+    found = output / "session.json"
+    assert found.is_file(), ended.stdout[-2000:] + ended.stderr[-2000:]
+    return json.loads(found.read_text()) | {"output": output}
+
+
+def test_nothing_went_wrong_on_the_way(session):
+    assert session.get("trouble") is None, session["trouble"]
+    assert session["troubles"] == []
+
+
+def test_frames_come_in_by_the_file_browser_and_are_checked(session):
+    assert session["imported"] == [str(number) for number in FRAMES] and session["checked"]
+
+
+def test_escape_ends_a_job_at_once_and_leaves_no_objects(session):
+    assert session["seconds_to_cancel"] <= SECONDS_TO_CANCEL
+    assert session["objects_after_cancel"] == ["grasp", "grasp source"]
+    assert "tracking" in session["status"]
+
+
+def test_everything_is_made_and_one_undo_takes_it_back(session):
+    assert session["done"] == ["deformation", "evaluation", "reference", "tracking"]
+    assert session["objects_after_undo"] == ["grasp", "grasp source"] and session["redo_brings_all_back"]
+
+
+def test_a_moved_scene_opens_with_its_results(session):
+    reopened = session["reopened"]
+    assert reopened["done"] == ["deformation", "evaluation", "reference", "tracking"]
+    assert reopened["cache"].startswith("//") and reopened["output"].startswith("//")
+    assert session["shown_after_reopening"] == str(FRAMES[-1])
+
+
+def test_results_go_out(session):
+    assert session["exported"] == ["grasp.glb"]
+
+
+def test_closing_blender_ends_the_worker(session):
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(session["lock_at_quit"]), signal.SIG_DFL)
