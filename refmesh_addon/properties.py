@@ -180,6 +180,7 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     heat_shown: StringProperty(name="Frame of the Errors", description="Whose errors the mesh carries now", options={"HIDDEN"})
     side_step: FloatProperty(name="Distance", description="Between source, reference mesh and result", options={"HIDDEN"})
     settings: PointerProperty(type=RefMeshSettings)
+    missing: StringProperty(name="Missing", description="What the scene needs and was not there when it was opened", options={"HIDDEN"})
     results: StringProperty(
         name="Results", description="What the results were made with, as JSON: settings, frames, seconds of each step", options={"HIDDEN"}
     )

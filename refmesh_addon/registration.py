@@ -3,9 +3,9 @@
 from contextlib import ExitStack
 
 from . import operators, properties, ui
-from .bridge import sequence
+from .bridge import missing, sequence
 
-PARTS = (properties, operators, ui, sequence)
+PARTS = (properties, operators, ui, sequence, missing)
 
 
 def register():

@@ -143,6 +143,7 @@ def _note_state(owner: bpy.types.Object, results: Results) -> None:
     state.frame_selection = _selection(state, report["sequence"]["numbers"])
     state.results = used_settings(state, report["seconds"], settings)
     state.settings.assign(settings)
+    state.missing = ""
     state.heat_map = state.heat_map and bool(measured)
     switch_heat_map(owner)
     state.done = {stage for stage, there in zip(STAGES, reached, strict=True) if there}

@@ -27,6 +27,8 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
             layout.operator("refmesh.import_sequence", text="Import Sequence", icon="IMPORT")
             layout.operator("refmesh.import_object", icon="OUTLINER_OB_MESH")
             return
+        if owner.refmesh.missing:
+            draw_wrapped(layout, context, owner.refmesh.missing, icon="ERROR")
         current = owner.refmesh.settings.matching_preset()
         row = layout.row(align=True)
         for name in PRESETS:

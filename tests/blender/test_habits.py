@@ -126,3 +126,20 @@ def test_saved_before_the_first_run_it_goes_on_where_it_was_moved(blender, frame
         expected = read_mesh(tmp_path / "moved" / frames.name / f"ball_{number:04d}.obj").vertices
         np.testing.assert_array_equal(read_positions(owner.data), expected.astype(np.float32))
     assert owner.refmesh.output.startswith("//")
+
+
+@pytest.mark.parametrize(
+    "lose, words",
+    [
+        (lambda frames, results: None, ""),
+        (lambda frames, results: shutil.rmtree(frames), "the frames are not at"),
+        (lambda frames, results: (results / "report.json").unlink(), "report.json is gone: choose the folder"),
+        (lambda frames, results: shutil.rmtree(results / "playback"), ".pc2 is gone: choose the folder"),
+    ],
+)
+def test_what_is_missing_is_said_when_a_scene_is_opened(blender, solved, frames, results, tmp_path, lose, words):
+    blender.ops.refmesh.save_scene(filepath=str(tmp_path / "scene.blend"))
+    lose(frames, results)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    owner = next(member for member in bpy.data.objects if member.refmesh.frames)
+    assert (words in owner.refmesh.missing) if words else owner.refmesh.missing == ""
