@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -23,6 +24,7 @@ from refmesh_addon.io.sequence import find_sequence
 from refmesh_addon.pipeline.deforming import GroupShape, ReferenceDeformer
 from refmesh_addon.pipeline.parallel import Workers
 from refmesh_addon.pipeline.stages import GroupCenters, align_frame, build_reference, place_centers
+from refmesh_addon.pipeline.worker import SINGLE_THREAD
 
 from .common import tracked
 
@@ -156,6 +158,12 @@ def _summary(distances: list[metrics.TwoSidedDistance]) -> dict[str, float]:
         result |= {f"{side}_mean": np.mean([one.mean for one in found]), f"{side}_p99": np.mean([one.p99 for one in found])}
         result[f"{side}_max"] = max(one.max for one in found)
     return {name: round(100 * float(value), 5) for name, value in result.items()}
+
+
+def processes() -> Workers:
+    """Worker processes as a job has them, with one thread each."""
+    os.environ.update(SINGLE_THREAD)
+    return Workers()
 
 
 def _mapped(workers: Workers, function: Callable, tasks: list[tuple]) -> list:

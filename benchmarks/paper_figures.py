@@ -20,7 +20,7 @@ from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.sequence import find_sequence
 from refmesh_addon.pipeline.parallel import Workers
 
-from .grouped import Reference, Take, extracted, judged, tracked_take
+from .grouped import Reference, Take, extracted, judged, processes, tracked_take
 
 PIPELINES = {"ours": ReferenceSettings(), "paper": ReferenceSettings(mapping="rbf", least_overlap=0.0)}
 MARKS = {500: "o", 1000: "s", 1500: "^"}  # as in the paper
@@ -53,7 +53,7 @@ def main() -> None:
     frames = ",".join(str(number) for number in numbers[: sizes[-1]])
     arguments.folder.mkdir(parents=True, exist_ok=True)
     rows, shown = [], {}
-    with Workers() as workers:
+    with processes() as workers:
         for centers in arguments.centers:
             take = tracked_take(arguments.input, frames, TrackingSettings(centers=centers, resolution=arguments.resolution))
             for size in sizes:

@@ -18,7 +18,7 @@ from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings
 from refmesh_addon.pipeline.parallel import Workers
 
 from .common import add_tracking_options, tracking_settings
-from .grouped import Reference, Take, best_frame, extracted, first_frame, frame_as_reference, judged, tracked_take
+from .grouped import Reference, Take, best_frame, extracted, first_frame, frame_as_reference, judged, processes, tracked_take
 
 OURS = ReferenceSettings()
 EXTRACTED = {
@@ -37,12 +37,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("input", help="folder, file or pattern")
     parser.add_argument("--frames", default="", help="numbers such as 6-10,14; empty takes all")
+    parser.add_argument("--ways", nargs="+", choices=[*EXTRACTED, *CHOSEN], metavar="WAY", help=f"of {', '.join([*EXTRACTED, *CHOSEN])}")
     add_tracking_options(parser, 256)
     arguments = parser.parse_args()
     take = tracked_take(arguments.input, arguments.frames, tracking_settings(arguments))
     rows = {}
-    with Workers() as workers:
+    with processes() as workers:
         for name, make in ways(take, workers).items():
+            if arguments.ways and name not in arguments.ways:
+                continue
             rows[name] = figures(take, make(), workers)
             print(f"{name:32}", *(f"{key} {value}" for key, value in rows[name].items()), sep="  ", flush=True)
     print(json.dumps({"benchmark": "references", "input": Path(arguments.input).name, "frames": take.numbers, "rows": rows}))

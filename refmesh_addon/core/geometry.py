@@ -57,6 +57,12 @@ def signed_volume(mesh: TriangleMesh) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
+def component_volumes(mesh: TriangleMesh, component: np.ndarray) -> np.ndarray:
+    """Enclosed volume of each component, negative for a hollow.  component : (V,) numbers, as `vertex_components` gives them."""
+    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.triangles].transpose(1, 0, 2)
+    return np.bincount(component[mesh.triangles[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, component.max(initial=-1) + 1)
+
+
 def edges(mesh: TriangleMesh) -> np.ndarray:
     """(E, 2) int32, each undirected edge once, lower index first, sorted."""
     pairs = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)

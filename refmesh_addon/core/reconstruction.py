@@ -7,7 +7,7 @@ import numpy as np
 from .check import RefMeshError
 from .creases import sharpened
 from .dual_cubes import zero_surface
-from .geometry import vertex_components
+from .geometry import component_volumes, vertex_components
 from .poisson import solve_screened_poisson
 from .reference_mesh import PADDING
 from .types import TriangleMesh
@@ -35,9 +35,7 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
 
 
 def _without_specks(mesh: TriangleMesh, cell: float) -> TriangleMesh:
-    count, component = vertex_components(mesh)
-    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.triangles].transpose(1, 0, 2) / cell
-    enclosed = np.bincount(component[mesh.triangles[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, count)
-    kept = (np.abs(enclosed) >= SPECK)[component]
+    _, component = vertex_components(mesh)
+    kept = (np.abs(component_volumes(mesh, component)) >= SPECK * cell**3)[component]
     number = np.cumsum(kept) - 1
     return TriangleMesh(mesh.vertices[kept], number[mesh.triangles[kept[mesh.triangles[:, 0]]]])

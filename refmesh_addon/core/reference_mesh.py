@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .geometry import sample_surface, triangle_areas, triangle_normals, vertex_components
+from .geometry import component_volumes, sample_surface, triangle_areas, triangle_normals, vertex_components
 from .types import TriangleMesh
 
 POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each triangle of the budget
@@ -15,6 +15,7 @@ PADDING = 1.1  # the octree's side against the longest side of the points
 DEPTHS = (5, 11)
 NEAR = 0.5  # distance, in s, within which a point supports a vertex of the reconstruction
 LEAST_SUPPORT = 0.5  # share of a component's vertices that must be supported, or it is a bubble of the reconstruction
+LEAST_BODY = 0.25  # s^3; what encloses less has no center to move it: a fold that frames place differently, not a body
 
 
 def oriented_points(mesh: TriangleMesh, whole: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -41,10 +42,14 @@ def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:
 
 
 def supported(mesh: TriangleMesh, points: np.ndarray, spacing: float) -> TriangleMesh:
-    """The mesh without components that hardly any of the (P, 3) points lies near: bubbles, not bodies."""
+    """The mesh without bubbles: components that hardly any of the (P, 3) points lies near, and those too small to hold a center.
+
+    spacing : s, scene units. The largest component stays whatever its size.
+    """
     count, component = vertex_components(mesh)
     distance = cKDTree(points).query(mesh.vertices, distance_upper_bound=NEAR * spacing)[0]
     share = np.bincount(component, np.isfinite(distance), count) / np.bincount(component, minlength=count)
-    kept = share[component] >= LEAST_SUPPORT
+    volumes = np.abs(component_volumes(mesh, component))
+    kept = ((share >= LEAST_SUPPORT) & (volumes >= min(LEAST_BODY * spacing**3, volumes.max(initial=0.0))))[component]
     used = np.cumsum(kept) - 1
     return TriangleMesh(mesh.vertices[kept], used[mesh.triangles[kept[mesh.triangles[:, 0]]]])

@@ -63,6 +63,15 @@ def test_bubbles_go_and_bodies_stay():
     assert vertex_components(kept)[0] == 2
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_what_is_too_small_to_hold_a_center_goes_though_points_lie_on_it(scale):
+    body, sliver = moved(ball(2), scale=scale), moved(ball(2, 0.1, (3, 0, 0)), scale=scale)
+    points = np.concatenate([body.vertices, sliver.vertices])
+    assert vertex_components(supported(joined(body, sliver), points, 0.2 * scale))[0] == 2
+    assert vertex_components(supported(joined(body, sliver), points, 0.5 * scale))[0] == 1
+    assert vertex_components(supported(joined(body, sliver), points, 9.0 * scale))[0] == 1
+
+
 def test_a_body_stays_when_a_part_of_it_has_no_points():
     body = ball(3)
     points = body.vertices[body.vertices[:, 2] > -0.6]  # a hole that the reconstruction closed
