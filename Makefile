@@ -36,7 +36,7 @@ peers: environment
 lint: environment
 	.venv/bin/ruff check .
 	.venv/bin/mypy
-	$(PYTEST) --durations=0 tests/packaging/test_layers.py
+	$(RUN) -m pytest -q tests/packaging/test_layers.py
 
 ## make samples    write the frames in sample_scenes/ again
 samples: environment
