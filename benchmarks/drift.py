@@ -31,7 +31,6 @@ from .frames import CACHE, frames_folder
 from .trajectories import CASES, Case
 
 SEEN = ("tumble", "beam", "clasp")  # whose outline shows how they move, so that the true motion can be known at all
-OF_SEQUENCE = 30  # frames from time 0 to 1, of which the first are taken: the motion from frame to frame of the other benchmarks
 TYPES = {item.name: type(item.default) for item in flat_fields()}
 
 
@@ -115,11 +114,12 @@ def distance(surface: TriangleMesh, points: np.ndarray) -> float:
     return float(SurfaceIndex(surface).query(points).distances.mean())
 
 
-def measured(name: str, count: int, settings: Settings, cache: Path) -> dict[str, float]:
-    """Runs one case and judges it."""
-    case, began = Case.named(name, OF_SEQUENCE, cache), time.perf_counter()
+def measured(name: str, counts: tuple[int, int], settings: Settings, cache: Path) -> dict[str, float]:
+    """Runs one case and judges it.  counts : frames taken, and frames of the whole sequence."""
+    count, whole = counts
+    case, began = Case.named(name, whole, cache), time.perf_counter()
     with tempfile.TemporaryDirectory() as output:
-        source = frames_folder(CASES[name][0], OF_SEQUENCE, cache)
+        source = frames_folder(CASES[name][0], whole, cache)
         job = JobSpec(str(source), output, frames=f"1-{count}", settings=settings)
         run(job, lambda *_: None, lambda line: print(line, file=sys.stderr))
         seconds, report = time.perf_counter() - began, read_report(output)
@@ -143,15 +143,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     forwards = [name for name, (_, backwards) in CASES.items() if not backwards]
     parser.add_argument("--cases", nargs="+", default=list(SEEN), choices=forwards, metavar="CASE", help=f"of {', '.join(forwards)}")
-    parser.add_argument("--frames", type=int, default=10, help=f"how many of the {OF_SEQUENCE} frames (default: %(default)s)")
+    parser.add_argument("--frames", type=int, default=10, help="how many are taken, from the first on (default: %(default)s)")
+    parser.add_argument("--of", type=int, default=30, help="frames from time 0 to 1 (default: %(default)s)")
     parser.add_argument("--set", action="append", default=[], type=assignment, metavar="NAME=VALUE", help="any setting of the job")
     parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
     arguments = parser.parse_args()
     settings, results = Settings.from_flat({"resolution": 128, **dict(arguments.set)}), {}
     for name in arguments.cases:
-        results[name] = measured(name, arguments.frames, settings, arguments.cache)
+        results[name] = measured(name, (arguments.frames, arguments.of), settings, arguments.cache)
         print(f"{name:8}", *(f"{key} {value:g}" for key, value in results[name].items()), sep="  ", flush=True)
-    print(json.dumps({"benchmark": "drift", "frames": arguments.frames, "settings": settings.to_flat(), "cases": results}))
+    counts = {"frames": arguments.frames, "of": arguments.of}
+    print(json.dumps({"benchmark": "drift", **counts, "settings": settings.to_flat(), "cases": results}))
 
 
 if __name__ == "__main__":

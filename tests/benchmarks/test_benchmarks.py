@@ -104,7 +104,7 @@ def test_figures_of_a_run(tmp_path):
 
 def test_drift(cache):
     small = ("--set", "centers=60", "--set", "resolution=32", "--set", "samples=1000", "--set", "triangles=2000")
-    options = ("--cases", "tumble", "--frames", "6", "--set", "group_size=3", "--cache", str(cache))
+    options = ("--cases", "tumble", "--frames", "4", "--of", "6", "--set", "group_size=3", "--cache", str(cache))
     found = last_line("drift", *options, *small)["cases"]["tumble"]
     expected = {"median", "p95", "acceleration_ratio", "true_acceleration_ratio", "jump_ratio", "mean_distance", "flipped"}
     assert expected <= set(found)
