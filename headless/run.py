@@ -22,6 +22,7 @@ EXIT_FAILED, EXIT_USAGE = 1, 2
 STEPS = ("import_sequence", "run_all")  # the operators whose arguments become options
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
 AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
+SCENE_FILES = {".abc": "alembic", ".usd": "usd", ".usda": "usd", ".usdc": "usd", ".usdz": "usd"}  # Blender's own importers read these
 CHECK_TEXT, CHECK_DATA = "sequence_check.txt", "sequence_check.json"  # in OUT
 NOT_RESULTS = "cache"  # folder in OUT that only helps the next run
 
@@ -102,7 +103,7 @@ def own_arguments(bpy) -> list[str]:
 def make_parser(bpy) -> argparse.ArgumentParser:
     """Options made from the arguments of the operators: name, help, default, bounds and choices."""
     parser = OneLineParser(prog="run.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
-    parser.add_argument("input", metavar="INPUT", help="folder, any one file of a sequence, or a pattern such as 'scan_*.obj'")
+    parser.add_argument("input", metavar="INPUT", help="folder, one file of a sequence, pattern such as 'scan_*.obj', or .abc or .usd file")
     parser.add_argument("--output", required=True, metavar="OUT", help="folder for everything that is written")
     for argument in {name: argument for step in reversed(STEPS) for name, argument in operator_arguments(bpy, step).items()}.values():
         add_option(parser, argument)
@@ -110,6 +111,7 @@ def make_parser(bpy) -> argparse.ArgumentParser:
     parser.add_argument(
         "--export", action="append", default=[], choices=formats.keys(), help=f"{choices_in_words(formats)}; may be repeated"
     )
+    parser.add_argument("--object", default="", metavar="NAME", help="which object of an .abc or .usd file; needed where there are several")
     parser.add_argument("--preview", metavar="FILE.png", help="picture of source, reference mesh and result")
     parser.add_argument(
         "--check", action="store_true", help="only look at every frame and print what is wrong; exit code 1 when the job would fail"
@@ -171,7 +173,10 @@ def run(bpy, arguments: dict) -> None:
     passed = {
         step: {name: arguments[name] for name in operator_arguments(bpy, step) if name in arguments} for step in (*STEPS, "check_sequence")
     }
-    operators.import_sequence(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_sequence"])
+    if Path(arguments["input"]).suffix.lower() in SCENE_FILES:
+        import_scene_file(bpy, os.path.abspath(arguments["input"]), output, arguments["object"])
+    else:
+        operators.import_sequence(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_sequence"])
     if arguments["check"]:
         operators.check_sequence(output=output, quiet=arguments["quiet"], **passed["check_sequence"])
         return
@@ -183,6 +188,27 @@ def run(bpy, arguments: dict) -> None:
     if arguments["preview"]:
         operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
     operators.save_scene(filepath=os.path.join(output, "scene.blend"))
+
+
+def import_scene_file(bpy, path: str, output: str, name: str) -> None:
+    """One animated object of an Alembic or USD file as the sequence; its frames are written into the output folder."""
+    kind = SCENE_FILES[Path(path).suffix.lower()]
+    if not getattr(bpy.app.build_options, kind):
+        raise RuntimeError(f"{path}: this Blender cannot read it; use another Blender, or a mesh file for each frame")
+    if not os.path.isfile(path):
+        raise RuntimeError(f"{path}: no such file")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    if kind == "alembic":
+        bpy.ops.wm.alembic_import(filepath=path, set_frame_range=True, as_background_job=False)
+    else:
+        bpy.ops.wm.usd_import(filepath=path, set_frame_range=True)
+    meshes = {member.name: member for member in bpy.context.scene.objects if member.type == "MESH"}
+    if name not in meshes and (name or len(meshes) != 1):
+        found = f"has the mesh objects {', '.join(sorted(meshes))}" if meshes else "has no mesh object"
+        raise RuntimeError(f"{path}: {found}; name one of them with --object")
+    bpy.context.view_layer.objects.active = meshes[name] if name else next(iter(meshes.values()))
+    scene = bpy.context.scene
+    bpy.ops.refmesh.import_object(output=output, first=max(scene.frame_start, 0), last=scene.frame_end)
 
 
 def written(arguments: dict) -> list[str]:

@@ -132,3 +132,47 @@ def test_check_prints_what_is_wrong_and_runs_nothing(frames, tmp_path):
     broken = run(frames, "--output", tmp_path / "out", "--check", "--frames", "20-22")
     assert broken.returncode == 1 and "frame 21: cannot be read as OBJ" in broken.stdout
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"cache", "sequence_check.json", "sequence_check.txt"}
+
+
+@pytest.fixture(params=["abc", "usd"])
+def cache(request, tmp_path) -> Path:
+    """A file in which a ball moves and gets another skin with every frame, beside a box that stands still."""
+    if not getattr(bpy.app.build_options, {"abc": "alembic", "usd": "usd"}[request.param]):
+        pytest.skip("this Blender was built without it")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_cube_add(location=(9, 0, 0))
+    bpy.context.active_object.name = bpy.context.active_object.data.name = "box"
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2)
+    ball = bpy.context.active_object
+    ball.name = ball.data.name = "ball"
+    for level in (0, 1):
+        skin = ball.modifiers.new(f"skin {level}", "SOLIDIFY")
+        for frame in (1, 2, 3):
+            skin.show_viewport = skin.show_render = frame > level + 1
+            skin.keyframe_insert("show_viewport", frame=frame)
+            skin.keyframe_insert("show_render", frame=frame)
+    for frame in (1, 3):
+        ball.location.x = 0.1 * frame
+        ball.keyframe_insert("location", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
+    path = tmp_path / f"scan.{request.param}"
+    if request.param == "abc":
+        bpy.ops.wm.alembic_export(filepath=str(path), as_background_job=False, evaluation_mode="VIEWPORT")
+    else:
+        bpy.ops.wm.usd_export(filepath=str(path), export_animation=True, evaluation_mode="VIEWPORT")
+    return path
+
+
+def test_an_animated_object_of_a_scene_file_is_a_sequence(cache, tmp_path):
+    several = run(cache, "--output", tmp_path / "out", "--check")
+    assert several.returncode == 1 and "has the mesh objects ball, box; name one of them with --object" in several.stderr
+    found = run(cache, "--object", "ball", "--output", tmp_path / "out", *TINY)
+    assert found.returncode == 0, found.stderr
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [frame["number"] for frame in report["frames"]] == [1, 2, 3]
+    counts = [_vertices(tmp_path / "out" / "source" / f"ball_{number:04d}.ply") for number in (1, 2, 3)]
+    assert counts[0] < counts[1] < counts[2]
+
+
+def _vertices(path: Path) -> int:
+    return next(int(line.split()[-1]) for line in path.read_bytes().splitlines() if line.startswith(b"element vertex"))
