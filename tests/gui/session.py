@@ -109,9 +109,12 @@ def timed(name: str, function):
 def import_by_file_browser() -> Iterator[float | None]:
     with bpy.context.temp_override(**view()):
         bpy.ops.refmesh.import_sequence("INVOKE_DEFAULT", filepath=str(sorted(FRAMES.iterdir())[0]))
-    yield 2.0
+    yield 4.0  # the browser reads the folder
     picture("import")
-    press("RET", next(area for area in bpy.context.window_manager.windows[-1].screen.areas if area.type == "FILE_BROWSER"))
+    window = bpy.context.window_manager.windows[-1]
+    area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
+    with bpy.context.temp_override(window=window, area=area, region=next(region for region in area.regions if region.type == "WINDOW")):
+        bpy.ops.file.execute()
     yield 1.0
     seen["imported"] = [frame.name for frame in owner().refmesh.frames]
     yield from until(lambda: not job())

@@ -1,6 +1,6 @@
-"""Makes the pictures of these pages from the real interface:
+"""Makes the pictures of the pages in panel/ from the real interface:
 
-    blender --factory-startup -P docs/panel/pictures.py -- FRAMES SCRATCH
+    blender --factory-startup -P docs/make_panel_pictures.py -- FRAMES SCRATCH
 
 in a window of 1600 by 1000 on a display where ImageMagick's `import` is. FRAMES is a small sequence, SCRATCH a folder for its results.
 """
@@ -14,7 +14,8 @@ from pathlib import Path
 
 import bpy
 
-HERE = Path(__file__).resolve().parent
+CHECKOUT = Path(__file__).resolve().parents[1]
+PLACE = CHECKOUT / "docs" / "panel"
 FRAMES, SCRATCH = sys.argv[sys.argv.index("--") + 1 :]
 QUICK = {"centers": 300, "resolution": 64, "group_size": 3, "alignment_steps": 1, "fit_rounds": 1, "samples": 1000, "triangles": 4000}
 # Page -> the panels in its picture and its height in pixels.
@@ -29,7 +30,7 @@ PAGES = {
 
 def main() -> None:
     """Starts when the window is there."""
-    sys.path.insert(0, str(HERE.parents[1]))
+    sys.path.insert(0, str(CHECKOUT))
     import refmesh_addon
 
     refmesh_addon.register()
@@ -70,7 +71,7 @@ def pictures() -> Iterator[float | None]:
         top = bpy.context.window.height - sidebar.y - sidebar.height
         box = f"{sidebar.width}x{height}+{sidebar.x}+{top}"
         few = ["+dither", "-colors", "64"]
-        subprocess.run(["import", "-window", "root", "-crop", box, "+repage", *few, str(HERE / f"{page}.png")], check=True)
+        subprocess.run(["import", "-window", "root", "-crop", box, "+repage", *few, str(PLACE / f"{page}.png")], check=True)
 
 
 def alone(panels: list[type], kept: list[type]) -> Iterator[float | None]:
