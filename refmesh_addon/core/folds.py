@@ -11,10 +11,12 @@ from .cotangent import triangle_adjacency
 from .geometry import mean_edge_length, triangle_normals
 from .types import TriangleMesh
 
-REACH = 2  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
+REACH = 4  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
 HOLD, LOOSER = 40.0, 0.3  # pull of a loose vertex to its place at the first attempt, where an edge weighs 0.58, and from one to the next
 TURNS = 2  # local and global steps of each attempt
-LEASH = 0.5  # mean edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
+LEASH = 1.0  # mean edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
+STRIDES, STRIDE = 5, 0.5  # steps towards a goal, and the share of the way that is left that each tries to go
+MOST_REFUSALS = 8  # times that vertices stay back in one step, because others that stay may fold their neighbours
 
 
 def folded_triangles(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
@@ -31,8 +33,9 @@ def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotati
 
     vertices : (R, 3) the solver's mesh, deformed.  shape : (R, 3) the same without folds; what rigid refers to.
     rotations : as for `folded_triangles`, from the solver's mesh. Each attempt lets go of one more ring around the folds that
-    are left. Where this would take a vertex beyond the LEASH, the folds there stay.
+    are left. Where this would take a vertex beyond the LEASH, the folds there stay. At the end all go back as far as they can.
     """
+    fitted = vertices
     mesh, leash = solver.mesh, LEASH * mean_edge_length(solver.mesh.moved(shape))
     for attempt in range(REACH):
         folded = folded_triangles(mesh.moved(vertices), mesh, rotations)
@@ -44,6 +47,25 @@ def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotati
         moved = system.solve(np.empty((0, 3)), vertices, TURNS, rest=shape, fixed_targets=vertices[fixed]).vertices
         strays = loose & (np.linalg.norm(moved - vertices, axis=1) > leash)
         vertices = np.where((loose & ~_connected(mesh, loose, strays))[:, None], moved, vertices)
+    return approached(mesh, vertices, fitted, rotations)
+
+
+def approached(rest: TriangleMesh, vertices: np.ndarray, goal: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """(R, 3) vertices moved towards (R, 3) goals as far as that folds no triangle which is not folded; rest, rotations : as above."""
+    if np.array_equal(vertices, goal):
+        return vertices
+    folded = folded_triangles(rest.moved(vertices), rest, rotations)
+    direct = folded_triangles(rest.moved(goal), rest, rotations)
+    if not (direct & ~folded).any():
+        return goal
+    for _ in range(STRIDES):
+        moved = vertices + STRIDE * (goal - vertices)
+        for _ in range(MOST_REFUSALS):
+            turned = np.unique(rest.triangles[folded_triangles(rest.moved(moved), rest, rotations) & ~folded])
+            if not len(turned):
+                vertices = moved
+                break
+            moved[turned] = vertices[turned]
     return vertices
 
 

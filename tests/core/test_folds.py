@@ -4,7 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.arap import ArapSolver
-from refmesh_addon.core.folds import folded_triangles, unfolded
+from refmesh_addon.core.folds import approached, folded_triangles, unfolded
 from refmesh_addon.core.geometry import mean_edge_length, triangle_normals
 from tests.core.bending_bar import bar, bent
 from tests.core.shapes import TILT
@@ -56,3 +56,21 @@ def test_turning_and_scaling_the_problem_does_so_to_the_answer():
     plain = unfolded(SOLVER, crossed, REFERENCE.vertices, UNTURNED)
     carried = ArapSolver(REFERENCE.moved(change(REFERENCE.vertices)))
     assert_allclose(unfolded(carried, change(crossed), carried.mesh.vertices, UNTURNED), change(plain), atol=1e-6)
+
+
+def test_vertices_go_to_a_goal_that_folds_nothing():
+    goal = bent(REFERENCE.vertices)
+    turns = SOLVER.deform([0], goal[:1], goal, iterations=0).rotations
+    assert approached(REFERENCE, REFERENCE.vertices, goal, turns) is goal
+    assert approached(REFERENCE, goal, goal, turns) is goal
+
+
+def test_vertices_stop_short_of_folding_and_the_others_arrive():
+    start = REFERENCE.vertices
+    goal = with_folds(start, [100, 300]) + [0.0, 0.02, 0.0]
+    assert folded_triangles(REFERENCE.moved(goal), REFERENCE, UNTURNED).any()
+    found = approached(REFERENCE, start, goal, UNTURNED)
+    assert not folded_triangles(REFERENCE.moved(found), REFERENCE, UNTURNED).any()
+    left = np.linalg.norm(goal - found, axis=1) / np.maximum(np.linalg.norm(goal - start, axis=1), 1e-300)
+    assert (left < 0.1).mean() > 0.9
+    assert left.max() <= 1.0
