@@ -1,4 +1,4 @@
-"""Vertex colours of the PLY files that `write_ply` writes, read in a millisecond."""
+"""Vertex colours of binary PLY files such as `write_ply` writes, read in a millisecond."""
 
 from __future__ import annotations
 
@@ -9,22 +9,29 @@ import numpy as np
 from ..core.check import RefMeshError
 
 END = b"end_header\n"
-_ROW = np.dtype([("position", "<f8", 3), ("color", "u1", 4)])
-_PROPERTIES = [b"property double x", b"property double y", b"property double z"]
-_PROPERTIES += [b"property uchar red", b"property uchar green", b"property uchar blue", b"property uchar alpha"]
-_VELOCITY = ("velocity", "<f4", 3)  # may follow
+CHANNELS = ("red", "green", "blue", "alpha")
+_KINDS = {"double": "<f8", "float": "<f4", "int": "<i4", "uint": "<u4", "short": "<i2", "ushort": "<u2", "char": "i1", "uchar": "u1"}
 
 
 def read_colors(path: str | Path) -> np.ndarray:
-    """(V, 4) uint8. Raises RefMeshError when the file is missing, cut off, or has no colours as `write_ply` writes them."""
+    """(V, 4) uint8. Raises RefMeshError when the file is missing, cut off, or has no such colours."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
         raise RefMeshError(f"{path}: cannot be read ({error.strerror or error}); run Measure Distance again") from error
     head, _, body = data.partition(END)
-    lines = head.splitlines()
-    count = next((int(line.split()[-1]) for line in lines if line.startswith(b"element vertex ")), 0)
-    row = np.dtype([*_ROW.descr, _VELOCITY]) if b"property float vx" in lines else _ROW
-    if [line for line in lines if line.startswith(b"property ")][:7] != _PROPERTIES or len(body) < count * row.itemsize:
+    count, row = _vertices(head.decode("ascii", "replace").splitlines())
+    if not set(CHANNELS) <= set(row.names or ()) or len(body) < count * row.itemsize:
         raise RefMeshError(f"{path}: holds no colours; run Measure Distance first")
-    return np.frombuffer(body, row, count)["color"]
+    rows = np.frombuffer(body, row, count)
+    return np.stack([rows[channel] for channel in CHANNELS], axis=1)
+
+
+def _vertices(lines: list[str]) -> tuple[int, np.dtype]:
+    """Number of vertices and what is stored of each, which comes first in the file."""
+    words = [line.split() for line in lines]
+    elements = [index for index, line in enumerate(words) if line[:1] == ["element"]]
+    if not elements or "binary_little_endian" not in lines[1] or words[elements[0]][1] != "vertex":
+        return 0, np.dtype([])
+    own = [line for line in words[elements[0] + 1 : (elements + [len(words)])[1]] if line[0] == "property"]
+    return int(words[elements[0]][2]), np.dtype([(line[-1], _KINDS[line[1]]) for line in own])

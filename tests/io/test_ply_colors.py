@@ -1,0 +1,38 @@
+"""Colours come back as they were written, whatever else a vertex carries."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.io.meshes import write_ply
+from refmesh_addon.io.ply_colors import read_colors
+
+from ..core.shapes import ball
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_colors_come_back(tmp_path, moving):
+    mesh = ball(1)
+    colors = np.random.default_rng(0).integers(0, 256, (len(mesh.vertices), 4)).astype(np.uint8)
+    write_ply(tmp_path / "a.ply", mesh, colors, mesh.vertices if moving else None)
+    np.testing.assert_array_equal(read_colors(tmp_path / "a.ply"), colors)
+
+
+@pytest.mark.parametrize(
+    "damage, words",
+    [
+        (lambda path: path.unlink(), "cannot be read"),
+        (lambda path: path.write_bytes(b""), "holds no colours"),
+        (lambda path: path.write_bytes(path.read_bytes()[:300]), "holds no colours"),
+        (lambda path: write_ply(path, ball(1)), "holds no colours"),
+        (lambda path: path.write_text("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n"), "holds no colours"),
+    ],
+)
+def test_what_has_no_colors_is_refused_in_words(tmp_path, damage, words):
+    mesh = ball(1)
+    write_ply(tmp_path / "a.ply", mesh, np.zeros((len(mesh.vertices), 4), np.uint8))
+    damage(tmp_path / "a.ply")
+    with pytest.raises(RefMeshError, match=words):
+        read_colors(tmp_path / "a.ply")
