@@ -18,6 +18,7 @@ import time
 import traceback
 from collections import defaultdict
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import bpy
@@ -52,6 +53,9 @@ def main() -> None:
 def session() -> Iterator[float | None]:
     """The steps; each yield lets the window live for that many seconds."""
     install()
+    if seen["lacking"]:
+        finish()
+        return
     measure_ours()
     for member in list(bpy.data.objects):
         bpy.data.objects.remove(member)
@@ -76,6 +80,7 @@ def install() -> None:
 
         refmesh_addon.register()
     seen["installed"] = "run_all" in dir(bpy.ops.refmesh)
+    seen["lacking"] = [name for name in ("numpy", "scipy", "trimesh", "tqdm") if find_spec(name) is None]
 
 
 def measure_ours() -> None:
