@@ -23,7 +23,8 @@ from pathlib import Path
 
 import bpy
 
-FRAMES, OUTPUT, *ZIP = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
+GIVEN, OUTPUT, *ZIP = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
+FRAMES = OUTPUT / "frames"  # a copy of what was given, which moves with the scene
 TINY = {"centers": 200, "resolution": 64, "group_size": 4, "alignment_steps": 2, "fit_rounds": 2, "samples": 1000}
 PATIENCE = 300.0  # seconds for any one job
 PAUSE = 0.3  # seconds in which the window draws what was changed
@@ -34,6 +35,7 @@ held: dict[str, float] = defaultdict(float)  # what of ours -> the longest time 
 
 def main() -> None:
     """Starts the session as soon as the window is there."""
+    shutil.copytree(GIVEN, FRAMES)
     bpy.context.preferences.view.show_splash = False
     steps = session()
 
@@ -187,7 +189,7 @@ def save_and_open() -> Iterator[float | None]:
     bpy.ops.refmesh.save_scene(filepath=str(shot))
     moved = OUTPUT / "moved"
     moved.mkdir()
-    for folder in ("results", "shot"):
+    for folder in ("frames", "results", "shot"):
         shutil.move(OUTPUT / folder, moved / folder)
     bpy.ops.wm.open_mainfile(filepath=str(moved / "shot" / "scene.blend"), load_ui=False)
     yield 1.0
