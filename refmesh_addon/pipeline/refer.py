@@ -19,7 +19,7 @@ from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
-REFERENCE_SCHEMA = 2
+REFERENCE_SCHEMA = 3
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
 GROUPING = ("group_size", "longest_group", "group_starts")  # settings that a group's mesh depends on through its frames only
 
