@@ -19,6 +19,7 @@ import numpy as np
 import trimesh
 
 import refmesh_addon
+from headless.run import claim_stdout
 from refmesh_addon.bridge import sequence
 
 LIMIT = 20.0  # milliseconds that a change to a frame of 20,000 vertices may take
@@ -55,6 +56,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=24)
     parser.add_argument("--input", type=Path, help="a sequence to take instead of generated spheres")
     arguments = parser.parse_args()
+    stdout = claim_stdout()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     refmesh_addon.register()
     with tempfile.TemporaryDirectory() as scratch:
@@ -78,9 +80,10 @@ def main() -> None:
     refmesh_addon.unregister()
     figures = {f"{way}_ms": {"median": percentile(taken, 50), "p95": percentile(taken, 95)} for way, taken in ways.items()}
     for way, figure in figures.items():
-        print(f"{way:10} median {figure['median']:6.1f}  95th percentile {figure['p95']:6.1f}")
+        print(f"{way:10} median {figure['median']:6.1f}  95th percentile {figure['p95']:6.1f}", file=stdout)
     ratio = float(np.median(ways["file"]) / np.median(ways["cache"]))
-    print(json.dumps({"benchmark": "frame_change", "vertices": vertices, "limit_ms": LIMIT, **figures, "file_over_cache": round(ratio, 1)}))
+    last = {"benchmark": "frame_change", "vertices": vertices, "limit_ms": LIMIT, **figures, "file_over_cache": round(ratio, 1)}
+    print(json.dumps(last), file=stdout, flush=True)
 
 
 if __name__ == "__main__":

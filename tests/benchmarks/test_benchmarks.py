@@ -240,3 +240,8 @@ def test_paper_figures(cache, tmp_path):
     assert len((tmp_path / "distances.csv").read_text().splitlines()) == 1 + len(rows)
     for name in ("distances.png", "references.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_frame_change():
+    found = last_line("frame_change", "--vertices", "500", "--frames", "4")
+    assert {"memory_ms", "cache_ms", "file_ms", "limit_ms", "file_over_cache"} <= set(found) and found["vertices"] > 400
