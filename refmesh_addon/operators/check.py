@@ -13,7 +13,7 @@ class REFMESH_OT_check_sequence(JobOperator, bpy.types.Operator):
 surfaces, missing textures. Prepares the frames for smooth playback on the way"""
 
     bl_idname = "refmesh.check_sequence"
-    bl_label = "Check Frames"
+    bl_label = "Check Sequence"
     until = "sequence"
 
     def parts(self):

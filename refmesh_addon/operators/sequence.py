@@ -67,7 +67,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         name="Frame Rate", description="Frames per second for the scene; 0 leaves the scene's own", default=0.0, min=0.0, max=1000.0
     )
     check: BoolProperty(
-        name="Check Frames",
+        name="Check Sequence",
         description="Look at every frame in the background: find what is wrong with it, and prepare it for smooth playback",
         default=True,
         options={"HIDDEN"},
