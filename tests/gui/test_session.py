@@ -58,7 +58,6 @@ def test_frames_come_in_by_the_file_browser_and_are_checked(session):
 
 
 def test_escape_ends_a_job_at_once_and_leaves_no_objects(session):
-    assert session["seconds_to_cancel"] is not None  # how long it took is a figure of the script, not a test
     assert session["objects_after_cancel"] == ["grasp", "grasp source"]
     assert "tracking" in session["status"]
 
