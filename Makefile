@@ -28,7 +28,7 @@ test: environment
 	$(PYTEST) $(BPY_TESTS) || status=1; \
 	exit $$status
 
-## make peers      add libigl, Open3D and matplotlib to .venv, for some of the benchmarks
+## make peers      add libigl and Open3D to .venv, for the benchmark of the deformation
 peers: environment
 	.venv/bin/pip install --quiet --require-hashes --no-deps -r environment/peers.txt
 

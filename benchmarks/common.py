@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator
-from dataclasses import fields
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import Field, fields
 from pathlib import Path
 
 from refmesh_addon.core.geometry import merged
@@ -44,7 +44,8 @@ def add_tracking_options(parser: argparse.ArgumentParser, resolution: int) -> No
     parser.add_argument("--centers", type=int, default=FIELDS["centers"].default)
     parser.add_argument("--resolution", type=int, default=resolution, help="voxels along the longest side (default: %(default)s)")
     parser.add_argument("--affinity", default=FIELDS["affinity"].default, choices=FIELDS["affinity"].metadata["choices"])
-    parser.add_argument("--set", action="append", default=[], type=_assignment, metavar="NAME=VALUE", help="any field of TrackingSettings")
+    to_setting = assignment(FIELDS.values())
+    parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any field of TrackingSettings")
 
 
 def tracking_settings(arguments: argparse.Namespace) -> TrackingSettings:
@@ -53,11 +54,17 @@ def tracking_settings(arguments: argparse.Namespace) -> TrackingSettings:
     return Settings.from_flat({**given, **dict(arguments.set)}).tracking
 
 
-def _assignment(text: str) -> tuple[str, object]:
-    name, _, value = text.partition("=")
-    if name not in FIELDS:
-        raise argparse.ArgumentTypeError(f"'{name}' is not one of {', '.join(FIELDS)}")
-    try:
-        return name, type(FIELDS[name].default)(value)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+def assignment(settings: Iterable[Field]) -> Callable[[str], tuple[str, object]]:
+    """What turns NAME=VALUE into the name and value of one of these settings."""
+    types = {item.name: type(item.default) for item in settings}
+
+    def convert(text: str) -> tuple[str, object]:
+        name, _, value = text.partition("=")
+        if name not in types:
+            raise argparse.ArgumentTypeError(f"'{name}' is not one of {', '.join(types)}")
+        try:
+            return name, types[name](value)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(f"'{text}': {error}") from error
+
+    return convert

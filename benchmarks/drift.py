@@ -27,11 +27,11 @@ from refmesh_addon.io.report import read_report
 from refmesh_addon.pipeline.job import JobSpec
 from refmesh_addon.pipeline.run import run
 
+from .common import assignment
 from .frames import CACHE, frames_folder
 from .trajectories import CASES, Case
 
 SEEN = ("tumble", "beam", "clasp")  # whose outline shows how they move, so that the true motion can be known at all
-TYPES = {item.name: type(item.default) for item in flat_fields()}
 
 
 @dataclass(frozen=True)
@@ -130,14 +130,6 @@ def measured(name: str, counts: tuple[int, int], settings: Settings, cache: Path
     return {key: round(float(value), 6) for key, value in result.items()} | {"seconds": round(seconds, 1)}
 
 
-def assignment(text: str) -> tuple[str, object]:
-    """NAME=VALUE of any setting."""
-    name, _, value = text.partition("=")
-    if name not in TYPES:
-        raise argparse.ArgumentTypeError(f"'{name}' is not one of {', '.join(TYPES)}")
-    return name, TYPES[name](value)
-
-
 def main() -> None:
     """Runs every case, prints a table and then one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -145,7 +137,8 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", default=list(SEEN), choices=forwards, metavar="CASE", help=f"of {', '.join(forwards)}")
     parser.add_argument("--frames", type=int, default=10, help="how many are taken, from the first on (default: %(default)s)")
     parser.add_argument("--of", type=int, default=30, help="frames from time 0 to 1 (default: %(default)s)")
-    parser.add_argument("--set", action="append", default=[], type=assignment, metavar="NAME=VALUE", help="any setting of the job")
+    to_setting = assignment(flat_fields())
+    parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any setting of the job")
     parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
     arguments = parser.parse_args()
     settings, results = Settings.from_flat({"resolution": 128, **dict(arguments.set)}), {}

@@ -120,7 +120,7 @@ def figures(states: States, matches: Matches) -> dict[str, float]:
 
 def draw(states: States, found: dict[str, Matches], target: Path) -> None:
     """One row for each method: the two hands, right pairs as thin lines and wrong ones as thick red ones."""
-    from matplotlib import pyplot  # only where a picture is wanted: it comes with `make peers`
+    from matplotlib import pyplot  # only where a picture is wanted: it takes a second
 
     figure, axes = pyplot.subplots(len(found), 1, figsize=(11, 5.2 * len(found)))
     for axis, (name, matches) in zip(np.atleast_1d(axes), found.items()):
@@ -155,7 +155,7 @@ def _draw_row(axis, states: States, matches: Matches) -> None:
 def main() -> None:
     """Matches by each method, prints a table and then one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw the pairs (needs matplotlib: make peers)")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw the pairs")
     parser.add_argument("--cell", type=float, default=2.2, help="length of the edges, of a hand 200 long (default: %(default)s)")
     arguments = parser.parse_args()
     states = States.of(hand(arguments.cell))

@@ -15,8 +15,7 @@ from scipy.sparse.linalg import splu
 
 from .closest_point import SurfaceIndex
 from .geometry import triangle_normals, vertex_normals
-from .holes import capped
-from .mapping import FrameMap
+from .mapping import FrameMap, closed_apart
 from .types import TriangleMesh, _FrozenArrays
 from .voxels import Grid, fill, grid_around
 
@@ -55,7 +54,7 @@ class AnchorFrame:
         """mesh : mapped anchor frame.  whole : (T,) bool, its triangles that do not span a tear."""
         surface = TriangleMesh(mesh.vertices, mesh.triangles[whole])
         grid = grid_around(mesh.vertices, IOU_RESOLUTION)
-        return cls(SurfaceIndex(surface), triangle_normals(surface), grid, fill(mesh if whole.all() else capped(surface), grid))
+        return cls(SurfaceIndex(surface), triangle_normals(surface), grid, fill(closed_apart(mesh, whole), grid))
 
     def iou(self, mesh: TriangleMesh) -> float:
         """Of the volumes of a mapped frame and this one, also where the frame leaves the anchor frame's box."""

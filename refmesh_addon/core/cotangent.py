@@ -60,6 +60,11 @@ def triangle_adjacency(mesh: TriangleMesh) -> sparse.csr_matrix:
     return half + half.T
 
 
+def neighbour_middles(links: sparse.csr_matrix, vertices: np.ndarray) -> np.ndarray:
+    """(V, 3) middle of the neighbours of each of (V, 3) vertices.  links : (V, V) weights, as `triangle_adjacency` gives them."""
+    return links @ vertices / np.maximum(np.asarray(links.sum(axis=1)), TINY)
+
+
 def _symmetric(rows: np.ndarray, columns: np.ndarray, weights: np.ndarray, count: int) -> sparse.csr_matrix:
     upper = sparse.coo_matrix((weights, (np.minimum(rows, columns), np.maximum(rows, columns))), shape=(count, count)).tocsr()
     upper.data = np.maximum(upper.data, EDGE_FLOOR)

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from .self_intersection import crossing_triangles
 from .sparse_grid import SparseGrid
 from .types import TriangleMesh
+from .untangling import untangled
 
 REACH = 0.75  # cells from the middle of a vertex's cell, along each axis, within which points count
 INNER = 0.48  # cells from there, along each axis, to which a vertex may move: two do not meet in one place
@@ -26,18 +27,20 @@ def sharpened(mesh: TriangleMesh, grid: SparseGrid, points: np.ndarray, normals:
     """The mesh with vertices moved within their cells to where the planes of the points around them meet.
 
     mesh : one vertex or a few in each cell of the grid, none on the side of one.  points, normals : (P, 3), scene units, unit.
-    No triangle crosses another one that did not before.
+    Vertices of triangles that come to cross go back; what crosses even so is untangled.
     """
     scaled = (mesh.vertices - grid.origin) / grid.cell
     low = np.floor(scaled)
     moved = mesh.vertices + grid.cell * _steps_to_planes(scaled, low + 0.5, (points - grid.origin) / grid.cell, normals)
     for _ in range(MOST_REPAIRS):
-        crossing = np.unique(mesh.triangles[crossing_triangles(mesh.moved(moved))])
-        crossing = crossing[(moved[crossing] != mesh.vertices[crossing]).any(axis=1)]
-        if not len(crossing):
-            return mesh.moved(moved)
-        moved[crossing] = mesh.vertices[crossing]
-    return mesh
+        sharp = mesh.moved(moved)
+        crossing = crossing_triangles(sharp)
+        back = np.unique(mesh.triangles[crossing])
+        back = back[(moved[back] != mesh.vertices[back]).any(axis=1)]
+        if not len(back):
+            return untangled(sharp, crossing)
+        moved[back] = mesh.vertices[back]
+    return untangled(mesh)
 
 
 def _steps_to_planes(vertices: np.ndarray, middles: np.ndarray, points: np.ndarray, normals: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from .geometry import normalized, triangle_areas, triangle_normals
+from .geometry import triangle_areas, triangle_normals, triangle_shapes, vertex_triangle_incidence
 from .types import TriangleMesh
 
 EVENNESS = 0.02  # cost of length in flat places against the cost of leaving the planes, so that triangles stay even
@@ -52,9 +52,7 @@ def _vertex_planes(mesh: TriangleMesh) -> np.ndarray:
     normals = triangle_normals(mesh)
     planes = np.column_stack([normals, -np.einsum("ij,ij->i", normals, mesh.vertices[mesh.triangles[:, 0]])])
     products = (triangle_areas(mesh)[:, None, None] * planes[:, :, None] * planes[:, None]).reshape(-1, 16)
-    owners, repeated = mesh.triangles.ravel(), np.repeat(products, 3, axis=0)
-    sums = [np.bincount(owners, repeated[:, k], minlength=len(mesh.vertices)) for k in range(16)]
-    return np.column_stack(sums).reshape(-1, 4, 4)
+    return (vertex_triangle_incidence(mesh) @ products).reshape(-1, 4, 4)
 
 
 def _inner_edges(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -117,17 +115,9 @@ def _keeps_shape(vertices: np.ndarray, faces: np.ndarray, edges: np.ndarray, pla
     edge = owner[touched].max(axis=1)
     before = vertices[touched]
     after = np.where((owner[touched] >= 0)[:, :, None], places[edge][:, None], before)
-    (old, old_quality), (new, new_quality) = _shape(before), _shape(after)
+    (old, old_quality), (new, new_quality) = triangle_shapes(before), triangle_shapes(after)
     bad = (np.einsum("ij,ij->i", old, new) < LEAST_COSINE) | (new_quality < np.minimum(LEAST_QUALITY, old_quality))
     return np.bincount(edge[bad], minlength=len(edges)) == 0
-
-
-def _shape(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals (K, 3) and quality (K,) of triangles with (K, 3, 3) corners: 4 sqrt(3) area / sum of squared sides."""
-    sides = np.roll(corners, -1, axis=1) - corners
-    normals = np.cross(sides[:, 0], sides[:, 1])
-    squares = (sides**2).sum(axis=(1, 2))
-    return normalized(normals), 2 * np.sqrt(3) * np.linalg.norm(normals, axis=1) / np.maximum(squares, np.finfo(float).tiny)
 
 
 def _renamed(faces: np.ndarray, gone: np.ndarray, kept: np.ndarray, count: int) -> np.ndarray:

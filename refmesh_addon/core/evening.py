@@ -7,10 +7,10 @@ all those at a time that do not touch each other.
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
 from .closest_point import SurfaceIndex
-from .geometry import normalized, triangle_areas, triangle_normals
+from .cotangent import neighbour_middles, triangle_adjacency
+from .geometry import normalized, triangle_areas, triangle_normals, triangle_shapes, vertex_triangle_incidence
 from .types import TriangleMesh
 
 ROUNDS = 2  # of flips and smoothing; more of them even out what the collapses had fitted to the shape
@@ -34,11 +34,8 @@ def evened(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> Tri
 
 
 def quality(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T,) 4 sqrt(3) area / sum of squared sides: 1 for a regular triangle, 0 for a flat one."""
-    corners = vertices[triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
-    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return 2 * np.sqrt(3) * doubled / np.maximum((sides**2).sum(axis=(1, 2)), np.finfo(float).tiny)
+    """(T,) of each triangle, as `triangle_shapes` has it."""
+    return triangle_shapes(vertices[triangles])[1]
 
 
 def _flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
@@ -91,20 +88,16 @@ def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count
 
 def _smoothed(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
     """Each vertex part of the way to the middle of its neighbours, along the surface and back onto it; along a crease only on one."""
-    vertices, triangles, count = mesh.vertices, mesh.triangles, len(mesh.vertices)
-    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    links = sparse.coo_matrix((np.ones(2 * len(start)), (np.append(start, end), np.append(end, start))), shape=(count,) * 2).tocsr()
-    step = links @ vertices / np.asarray(links.sum(axis=1)) - vertices
-    moved = surface.query(vertices + STEP * _along_surface(mesh, step)).points
-    return _without_damage(mesh, np.where(frozen[:, None], vertices, moved))
+    step = neighbour_middles(triangle_adjacency(mesh), mesh.vertices) - mesh.vertices
+    moved = surface.query(mesh.vertices + STEP * _along_surface(mesh, step)).points
+    return _without_damage(mesh, np.where(frozen[:, None], mesh.vertices, moved))
 
 
 def _along_surface(mesh: TriangleMesh, step: np.ndarray) -> np.ndarray:
     """(V, 3) the part of steps in directions that the normals around a vertex do not point to: all of a plane, one of a crease."""
     normals, area = triangle_normals(mesh), triangle_areas(mesh)
-    products = np.repeat((area[:, None, None] * normals[:, :, None] * normals[:, None]).reshape(-1, 9), 3, axis=0)
-    sums = np.column_stack([np.bincount(mesh.triangles.ravel(), products[:, k], minlength=len(step)) for k in range(9)])
-    values, axes = np.linalg.eigh(sums.reshape(-1, 3, 3))
+    products = (area[:, None, None] * normals[:, :, None] * normals[:, None]).reshape(-1, 9)
+    values, axes = np.linalg.eigh((vertex_triangle_incidence(mesh) @ products).reshape(-1, 3, 3))
     share = values / np.maximum(values.sum(axis=1, keepdims=True), np.finfo(float).tiny)
     free = np.clip(1.0 - share / SHARP, 0.0, 1.0)
     return np.einsum("vij,vj->vi", axes, free * np.einsum("vij,vi->vj", axes, step))

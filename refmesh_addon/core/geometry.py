@@ -34,20 +34,30 @@ def triangle_normals(mesh: TriangleMesh) -> np.ndarray:
 
 def vertex_normals(mesh: TriangleMesh) -> np.ndarray:
     """(V, 3) area-weighted unit normals; zero where a vertex has no triangle with area."""
-    incidence = _vertex_triangle_incidence(mesh)
-    return normalized(incidence @ area_vectors(mesh))
+    return normalized(vertex_triangle_incidence(mesh) @ area_vectors(mesh))
 
 
 def vertex_areas(mesh: TriangleMesh) -> np.ndarray:
     """(V,) a third of the area of the triangles around each vertex, scene units squared."""
-    return _vertex_triangle_incidence(mesh) @ triangle_areas(mesh) / 3.0
+    return vertex_triangle_incidence(mesh) @ triangle_areas(mesh) / 3.0
 
 
-def _vertex_triangle_incidence(mesh: TriangleMesh) -> sparse.csr_matrix:
+def vertex_triangle_incidence(mesh: TriangleMesh) -> sparse.csr_matrix:
+    """(V, T) ones where a vertex is a corner of a triangle: sums over the triangles around each vertex."""
     count = len(mesh.triangles)
     rows = mesh.triangles.ravel()
     columns = np.repeat(np.arange(count), 3)
     return sparse.csr_matrix((np.ones(3 * count), (rows, columns)), shape=(len(mesh.vertices), count))
+
+
+def triangle_shapes(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normals (K, 3) of triangles with (K, 3, 3) corners, and their quality (K,).
+
+    Quality is 4 sqrt(3) area / sum of squared sides: 1 for a regular triangle, 0 for a flat one.
+    """
+    sides = np.roll(corners, -1, axis=1) - corners
+    normals = np.cross(sides[:, 0], sides[:, 1])
+    return normalized(normals), 2 * np.sqrt(3) * np.linalg.norm(normals, axis=1) / np.maximum((sides**2).sum(axis=(1, 2)), TINY)
 
 
 def signed_volume(mesh: TriangleMesh) -> float:
@@ -65,8 +75,9 @@ def component_volumes(mesh: TriangleMesh, component: np.ndarray) -> np.ndarray:
 
 def edges(mesh: TriangleMesh) -> np.ndarray:
     """(E, 2) int32, each undirected edge once, lower index first, sorted."""
-    pairs = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    return np.unique(np.sort(pairs, axis=1), axis=0)
+    pairs, count = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), max(len(mesh.vertices), 1)
+    keys = np.unique(pairs.astype(np.int64) @ [count, 1])  # one number for each edge: rows take ten times as long to sort
+    return np.column_stack(np.divmod(keys, count)).astype(np.int32)
 
 
 def mean_edge_length(mesh: TriangleMesh) -> float:

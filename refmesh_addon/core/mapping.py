@@ -95,8 +95,12 @@ class FrameMap:
 
     def closed(self, mapped: TriangleMesh) -> TriangleMesh:
         """The carried mesh with caps where it has torn: bodies that part enclose nothing of what is between them."""
-        whole = self.whole(mapped)
-        return mapped if whole.all() else capped(TriangleMesh(mapped.vertices, mapped.triangles[whole]))
+        return closed_apart(mapped, self.whole(mapped))
+
+
+def closed_apart(mesh: TriangleMesh, whole: np.ndarray) -> TriangleMesh:
+    """The mesh with caps in place of triangles that are not marked in (T,) bool `whole`."""
+    return mesh if whole.all() else capped(TriangleMesh(mesh.vertices, mesh.triangles[whole]))
 
 
 def spline_mapped(points: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.ndarray:

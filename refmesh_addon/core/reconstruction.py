@@ -11,7 +11,6 @@ from .geometry import component_volumes, vertex_components
 from .poisson import solve_screened_poisson
 from .reference_mesh import PADDING
 from .types import TriangleMesh
-from .untangling import untangled
 
 SPECK = 10.0  # cells; a component that encloses less, body or hollow, is below what the cells resolve
 
@@ -28,7 +27,7 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
         grid, values = solve_screened_poisson(points, normals, cell)
         surface = zero_surface(grid, values)
         if len(surface.triangles):
-            surface = untangled(_without_specks(sharpened(surface, grid, points, normals), cell))
+            surface = _without_specks(sharpened(surface, grid, points, normals), cell)
             if len(surface.triangles):
                 return surface
     raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")

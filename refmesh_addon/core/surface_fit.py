@@ -1,6 +1,6 @@
 """Pulls a deformed reference onto the source surface, beyond the paper: ARAP with closest-point constraints in rounds.
 
-Every round pairs vertices with the source and source points with the reference (both ways, so that thin parts which were
+Every round pairs vertices and centres of triangles of each surface with the other (both ways, so that thin parts which were
 missed are reached), and solves the ARAP system with those pairs as soft constraints. Pull grows and limits tighten from
 round to round. The rest shape is the start itself, not the reference mesh: what is kept is the shape that was carried
 here, so that a surface which truly stretches is not made to slide. A closest point lies straight above or below, so a pair

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
-from .cotangent import triangle_adjacency
+from .cotangent import neighbour_middles, triangle_adjacency
 from .self_intersection import crossing_triangles
 from .types import TriangleMesh
 
-ROUNDS = 12  # each reaches one more ring of vertices around what still crosses
+ROUNDS = 11  # each reaches one more ring of vertices around what still crosses
 
 
-def untangled(mesh: TriangleMesh) -> TriangleMesh:
-    """The mesh with vertices around crossings moved to the middle of their neighbours; the one with the fewest crossings counts."""
-    links = triangle_adjacency(mesh)
-    middle = sparse.diags(1.0 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1.0)) @ links
-    best, least, loose = mesh, np.inf, np.zeros(len(mesh.vertices), dtype=bool)
+def untangled(mesh: TriangleMesh, crossing: np.ndarray | None = None) -> TriangleMesh:
+    """The mesh with vertices around crossings moved to the middle of their neighbours; the one with the fewest crossings counts.
+
+    crossing : (T,) bool, which triangles cross others, where that is known already.
+    """
+    crossing = crossing_triangles(mesh) if crossing is None else crossing
+    best, least = mesh, crossing.sum()
+    links, loose = triangle_adjacency(mesh), np.zeros(len(mesh.vertices), dtype=bool)
     for _ in range(ROUNDS):
-        crossing = crossing_triangles(mesh)
-        if crossing.sum() < least:
-            best, least = mesh, crossing.sum()
         if not crossing.any():
             break
         loose[mesh.triangles[crossing]] = True
         loose = loose | ((links @ loose) > 0)
-        mesh = mesh.moved(np.where(loose[:, None], middle @ mesh.vertices, mesh.vertices))
+        mesh = mesh.moved(np.where(loose[:, None], neighbour_middles(links, mesh.vertices), mesh.vertices))
+        crossing = crossing_triangles(mesh)
+        if crossing.sum() < least:
+            best, least = mesh, crossing.sum()
     return best

@@ -19,7 +19,7 @@ from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
-REFERENCE_SCHEMA = 3
+REFERENCE_SCHEMA = 4
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
 GROUPING = ("group_size", "longest_group", "group_starts")  # settings that a group's mesh depends on through its frames only
 
@@ -117,10 +117,9 @@ def _aligned(context: Context, tracked: Tracked, spans: list[_Span], centers: li
 
 def _alignment_task(context: Context, tracked: Tracked, span: _Span, frame: int, group: GroupCenters) -> tuple:
     anchor = span.frames[group.anchor]
-    meshes = context.frames.body(frame), context.frames.body(anchor)
-    positions = tracked.seen((span.frames[0], frame, anchor))[1:]
+    anchor_centers, centers = tracked.seen((anchor, frame))
     count = points_per_frame(_budget(context, span.frames), len(span.frames))
-    return meshes[0], positions[0], meshes[1], positions[1], group, context.settings.reference, count
+    return context.frames.body(frame), centers, context.frames.body(anchor), anchor_centers, group, context.settings.reference, count
 
 
 def _built(context: Context, spans: list[_Span], centers: list[GroupCenters], aligned: dict[tuple[int, int], Arrays]) -> list[Arrays]:

@@ -1,8 +1,10 @@
-"""What the panels share: their place in the sidebar, wrapped text, and the help button."""
+"""What the panels share: their place in the sidebar, the help button, and wrapped text."""
 
 import textwrap
 
 import bpy
+
+from ..properties import sequence_object
 
 PIXELS_PER_LETTER = 6.2  # of Blender's default font at 72 dpi, on average
 
@@ -15,6 +17,17 @@ class RefMeshPanel:
     bl_category = "RefMesh"
 
 
+class SequencePanel(RefMeshPanel):
+    """A panel about the selected sequence, with a button that opens the page about its step."""
+
+    @classmethod
+    def poll(cls, context):
+        return sequence_object(context) is not None
+
+    def draw_header_preset(self, context):
+        self.layout.operator("refmesh.help", text="", icon="HELP", emboss=False).page = self.bl_label.lower()
+
+
 def draw_wrapped(layout, context, words: str, icon: str = "NONE"):
     """Words over as many lines as the width of the panel needs."""
     width = context.region.width if context.region else 300
@@ -23,11 +36,6 @@ def draw_wrapped(layout, context, words: str, icon: str = "NONE"):
     column.scale_y = 0.8
     for line, text in enumerate(textwrap.wrap(words, letters)):
         column.label(text=text, icon=icon if line == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
-
-
-def draw_help(layout, step: str):
-    """A button that opens the page about a step."""
-    layout.operator("refmesh.help", text="", icon="HELP", emboss=False).page = step.lower()
 
 
 def seconds_in_words(seconds: float) -> str:

@@ -7,7 +7,7 @@ import bpy
 from ..bridge.status import first_to_run, step_status
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
-from .layout import RefMeshPanel, draw_help, draw_wrapped, seconds_in_words
+from .layout import RefMeshPanel, SequencePanel, draw_wrapped, seconds_in_words
 from .preferences import draw_missing
 from .sequence_panel import CLASSES as SEQUENCE_CLASSES
 
@@ -50,15 +50,11 @@ def _draw_job(layout, context) -> bool:
     return False
 
 
-class StepPanel(RefMeshPanel):
+class StepPanel(SequencePanel):
     """A step: what it uses, its settings, its button, and whether its results are those of the settings."""
 
     stage = ""
     operators = ()
-
-    @classmethod
-    def poll(cls, context):
-        return sequence_object(context) is not None
 
     def draw_header(self, context):
         self.layout.label(icon=STATUS_ICONS[step_status(sequence_object(context).refmesh, self.stage).kind])
@@ -67,7 +63,7 @@ class StepPanel(RefMeshPanel):
         seconds = step_status(sequence_object(context).refmesh, self.stage).seconds
         if seconds:
             self.layout.label(text=seconds_in_words(seconds))
-        draw_help(self.layout, self.bl_label)
+        super().draw_header_preset(context)
 
     def draw(self, context):
         layout = self.layout
@@ -169,15 +165,8 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
             column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
 
 
-class REFMESH_PT_export(RefMeshPanel, bpy.types.Panel):
+class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
     bl_label = "Export"
-
-    @classmethod
-    def poll(cls, context):
-        return sequence_object(context) is not None
-
-    def draw_header_preset(self, context):
-        draw_help(self.layout, self.bl_label)
 
     def draw(self, context):
         layout = self.layout

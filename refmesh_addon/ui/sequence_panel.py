@@ -4,7 +4,7 @@ import bpy
 
 from ..core.findings import SEVERITIES
 from ..properties import sequence_object
-from .layout import RefMeshPanel, draw_help, draw_wrapped
+from .layout import SequencePanel, draw_wrapped
 from .preferences import preferences
 
 ICONS = {"error": "CANCEL", "warning": "ERROR", "note": "INFO"}
@@ -18,20 +18,13 @@ class REFMESH_UL_findings(bpy.types.UIList):
         layout.label(text=f"{item.name}: {item.words}", icon=ICONS.get(item.severity, "INFO"))
 
 
-class REFMESH_PT_sequence(RefMeshPanel, bpy.types.Panel):
+class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
     bl_label = "Sequence"
-
-    @classmethod
-    def poll(cls, context):
-        return sequence_object(context) is not None
 
     def draw_header(self, context):
         state = sequence_object(context).refmesh
         worst = next((severity for severity in SEVERITIES if any(item.severity == severity for item in state.findings)), "")
         self.layout.label(icon="CHECKMARK" if state.checked and worst in ("", "note") else ICONS.get(worst, "BLANK1"))
-
-    def draw_header_preset(self, context):
-        draw_help(self.layout, self.bl_label)
 
     def draw(self, context):
         layout = self.layout
