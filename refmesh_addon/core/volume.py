@@ -81,29 +81,47 @@ class _Blocks:
 
 
 def _voxel_blocks(inside: np.ndarray, edge: int) -> _Blocks:
-    """The filled voxels of a grid in blocks, one slab of blocks at a time."""
+    """The filled voxels of a grid in blocks, one slab of blocks at a time, by lines across the slab: voxels are too many to list."""
     parts = []
     for start in range(0, inside.shape[0], edge):
-        slab = inside[start : start + edge]
-        voxels = np.stack(np.unravel_index(np.flatnonzero(slab), slab.shape), axis=1) + [start, 0, 0]
-        parts.append(_gathered(voxels, np.ones(len(voxels)), voxels // edge))
+        counts, offsets = _along_slab(inside[start : start + edge])
+        y, z = np.nonzero(counts)
+        masses = counts[y, z].astype(np.float64)
+        moments = np.stack([start * masses + offsets[y, z], masses * y, masses * z], axis=1)
+        parts.append(_gathered(moments, masses, np.stack([np.full(len(y), start // edge), y // edge, z // edge], axis=1)))
     places, masses, centroids = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     return _Blocks(places, masses, centroids, edge)
 
 
+def _along_slab(slab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number of filled voxels in each line (Y, Z) across a slab (X, Y, Z), and the sum of their indices along the line.
+
+    Running sums from the far end: the voxel at index k is counted k times.
+    """
+    counts, offsets = (np.zeros(slab.shape[1:], dtype=np.int32) for _ in range(2))
+    for row in slab[:0:-1]:
+        counts += row
+        offsets += counts
+    return counts + slab[0], offsets
+
+
 def _joined(blocks: _Blocks, factor: int) -> _Blocks:
     """Blocks whose edge is `factor` times as long."""
-    return _Blocks(*_gathered(blocks.centroids, blocks.masses, blocks.places // factor), blocks.edge * factor)
+    moments = blocks.masses[:, None] * blocks.centroids
+    return _Blocks(*_gathered(moments, blocks.masses, blocks.places // factor), blocks.edge * factor)
 
 
-def _gathered(points: np.ndarray, masses: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The places (N, 3) that occur, in order, with the mass (N,) and the centroid (N, 3) of the points there."""
-    if not len(points):
-        return places, masses, points.astype(np.float64)
+def _gathered(moments: np.ndarray, masses: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The places (N, 3) that occur, in order, with the mass (N,) and the centroid (N, 3) of what is there.
+
+    moments : mass times position.
+    """
+    if not len(masses):
+        return places, masses, moments
     low = places.min(axis=0)
     shape = places.max(axis=0) + 1 - low
     number = np.ravel_multi_index((places - low).T, shape)
     total = np.bincount(number, masses, np.prod(shape))
     filled = np.flatnonzero(total)
-    moments = np.stack([np.bincount(number, masses * axis, len(total))[filled] for axis in points.T], axis=1)
-    return np.stack(np.unravel_index(filled, shape), axis=1) + low, total[filled], moments / total[filled, None]
+    sums = np.stack([np.bincount(number, axis, len(total))[filled] for axis in moments.T], axis=1)
+    return np.stack(np.unravel_index(filled, shape), axis=1) + low, total[filled], sums / total[filled, None]
