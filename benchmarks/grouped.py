@@ -82,7 +82,7 @@ class Reference:
 
 def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Reference:
     """Ours, or with other settings the paper's: what the reference stage makes of all frames of the take as one group."""
-    group = place_centers(take.positions, take.affinity, take.spacing, counted=settings.stress)
+    group = place_centers(take.positions, take.affinity, take.spacing, settings)
     budget = settings.triangles or int(np.median([len(mesh.triangles) for mesh in take.meshes]))
     count = points_per_frame(budget, len(take.meshes))
     anchor = take.bodies[group.anchor]

@@ -19,7 +19,7 @@ from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
-REFERENCE_SCHEMA = 4
+REFERENCE_SCHEMA = 5
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
 GROUPING = ("group_size", "longest_group", "group_starts")  # settings that a group's mesh depends on through its frames only
 
@@ -91,7 +91,7 @@ def _placed(context: Context, tracked: Tracked, span: _Span) -> GroupCenters:
         context.notify("reference", context.numbers[span.frames[0]], 0.0)
 
     def make() -> dict[str, np.ndarray]:
-        placed = place_centers(tracked.seen(span.frames), part.affinity, part.spacing, alive, context.settings.reference.stress)
+        placed = place_centers(tracked.seen(span.frames), part.affinity, part.spacing, context.settings.reference, alive)
         pairs = placed.affinity.tocoo()
         figures = {"anchor": np.int64(placed.anchor), "stress": np.float64(placed.stress)}
         return {"positions": placed.positions, "row": pairs.row, "column": pairs.col, "value": pairs.data, **figures}

@@ -17,6 +17,7 @@ from ..core.reconstruction import screened_poisson
 from ..core.reference_centers import ReferenceCenters, reference_centers
 from ..core.remeshing import remeshed
 from ..core.self_intersection import crossing_triangles
+from ..core.separation import set_apart
 from ..core.settings import ReferenceSettings
 from ..core.types import TriangleMesh
 
@@ -36,12 +37,14 @@ class GroupCenters:
 
 
 def place_centers(
-    positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float, progress: Progress = ignore, counted: str = "plain"
+    positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float, settings: ReferenceSettings, progress: Progress = ignore
 ) -> GroupCenters:
-    """Reference centers and group affinity from (F, C, 3) tracked positions.  counted : as in `reference_centers`."""
-    found: ReferenceCenters = reference_centers(positions, progress, counted)
+    """Reference centers and group affinity from (F, C, 3) tracked positions.  tracked : (C, C) affinity weights of the tracking."""
+    found: ReferenceCenters = reference_centers(positions, progress, settings.stress)
     affinity = group_affinity(positions, found.anchor, tracked, spacing).weights()
-    return GroupCenters(found.positions, affinity, spacing, found.anchor, found.stress)
+    # The spline knows no bodies: set apart, they would smear further.
+    placed = set_apart(found.positions, affinity, spacing) if settings.mapping == "affinity" else found.positions
+    return GroupCenters(placed, affinity, spacing, found.anchor, found.stress)
 
 
 def align_frame(
@@ -60,11 +63,10 @@ def align_frame(
     """
     anchor_map = FrameMap(anchor_mesh, anchor_centers, group.affinity, group.spacing, settings.mapping)
     mapped_anchor = anchor_map.to(group.positions)
-    anchor = AnchorFrame.of(mapped_anchor, anchor_map.whole(mapped_anchor))
+    anchor = AnchorFrame.of(mapped_anchor, anchor_map.whole(mapped_anchor), len(anchor_centers))
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
-    mapped = frame.to(aligned.targets)
-    points, normals = reference_mesh.oriented_points(mapped, frame.whole(mapped), count, np.random.default_rng(0))
+    points, normals = reference_mesh.oriented_points(aligned.mesh, frame.whole(aligned.mesh), count, np.random.default_rng(0))
     return {
         "targets": aligned.targets,
         "points": points,
