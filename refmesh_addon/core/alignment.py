@@ -98,7 +98,7 @@ def align(frame: FrameMap, targets: np.ndarray, anchor: AnchorFrame, steps: int)
             if score > best:
                 targets, mesh, best = targets + share * move, candidate, score
                 break
-    for _ in range(DETAIL_STEPS if steps else 0):
+    for _ in range(DETAIL_STEPS if steps and frame.mapping == "affinity" else 0):  # the paper moves centers only
         candidate = _detailed(mesh, frame, anchor)
         score = anchor.iou(frame.closed(candidate))
         if score > best:
