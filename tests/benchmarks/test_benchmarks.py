@@ -218,7 +218,7 @@ def test_a_take_played_to_and_fro_repeats_no_frame_at_its_turns():
 
 
 def test_references(cache):
-    ways = ("ours", "first frame")
+    ways = ("ours", "ours, groups by content", "first frame")
     found = last_line("references", str(frames_folder("tumble", FRAMES, cache)), "--frames", "1-2", "--ways", *ways)
     assert set(found["rows"]) == set(ways)
     for row in found["rows"].values():
