@@ -17,7 +17,7 @@ from ..core.reconstruction import screened_poisson
 from ..core.reference_centers import ReferenceCenters, reference_centers
 from ..core.remeshing import remeshed
 from ..core.self_intersection import crossing_triangles
-from ..core.separation import set_apart
+from ..core.separation import bodies_of, set_apart, within_bodies
 from ..core.settings import ReferenceSettings
 from ..core.types import TriangleMesh
 
@@ -41,9 +41,12 @@ def place_centers(
 ) -> GroupCenters:
     """Reference centers and group affinity from (F, C, 3) tracked positions.  tracked : (C, C) affinity weights of the tracking."""
     found: ReferenceCenters = reference_centers(positions, progress, settings.stress)
-    affinity = group_affinity(positions, found.anchor, tracked, spacing).weights()
-    # The spline knows no bodies: set apart, they would smear further.
-    placed = set_apart(found.positions, affinity, spacing) if settings.mapping == "affinity" else found.positions
+    # What the whole take has shown to be two bodies is two in a group that never shows them apart, too.
+    known = bodies_of(found.positions, tracked)
+    affinity = within_bodies(group_affinity(positions, found.anchor, tracked, spacing).weights(), known)
+    placed = found.positions
+    if settings.mapping == "affinity":  # the spline knows no bodies: set apart, they would smear further
+        placed = set_apart(placed, bodies_of(placed, affinity), spacing)
     return GroupCenters(placed, affinity, spacing, found.anchor, found.stress)
 
 
