@@ -15,11 +15,12 @@ from ..io.files import atomic_file, output_folder
 from ..io.report import read_report
 from .scene import timeline
 from .stand_ins import cached_stand_ins, morphing_stand_ins
+from .velocities import moving
 
 FORMATS = {
     "pc2": "Reference mesh (PLY) and point cache (PC2) of each group",
-    "abc": "Alembic, all groups in one file",
-    "usd": "Universal Scene Description, all groups in one file",
+    "abc": "Alembic, all groups in one file, with velocities",
+    "usd": "Universal Scene Description, all groups in one file, with velocities",
     "glb": "glTF binary with one morph target for each frame",
     "ply": "One PLY for each frame",
 }
@@ -45,7 +46,7 @@ def export_sequence(owner: bpy.types.Object, kind: str, results: Path, folder: P
     if kind in _COPIES:
         return _COPIES[kind](read_report(results), name, results, output_folder(folder))
     target = output_folder(folder) / f"{name}.{kind}"
-    _WRITERS[kind](owner, target)
+    _WRITERS[kind](owner, target, results)
     return [target]
 
 
@@ -70,8 +71,8 @@ def _copy(source: Path, target: Path) -> Path:
     return target
 
 
-def _write_alembic(owner: bpy.types.Object, target: Path) -> None:
-    with cached_stand_ins(owner), _whole_timeline(owner) as (first, last), _replacing(target) as partial:
+def _write_alembic(owner: bpy.types.Object, target: Path, results: Path) -> None:
+    with _moving_stand_ins(owner, results) as (first, last), _replacing(target) as partial:
         bpy.ops.wm.alembic_export(
             filepath=str(partial),
             selected=True,
@@ -84,8 +85,8 @@ def _write_alembic(owner: bpy.types.Object, target: Path) -> None:
         )
 
 
-def _write_usd(owner: bpy.types.Object, target: Path) -> None:
-    with cached_stand_ins(owner), _whole_timeline(owner), _replacing(target) as partial:
+def _write_usd(owner: bpy.types.Object, target: Path, results: Path) -> None:
+    with _moving_stand_ins(owner, results), _replacing(target) as partial:
         bpy.ops.wm.usd_export(
             filepath=str(partial),
             selected_objects_only=True,
@@ -98,7 +99,7 @@ def _write_usd(owner: bpy.types.Object, target: Path) -> None:
         )
 
 
-def _write_gltf(owner: bpy.types.Object, target: Path) -> None:
+def _write_gltf(owner: bpy.types.Object, target: Path, _results: Path) -> None:
     with morphing_stand_ins(owner), _whole_timeline(owner), _replacing(target) as partial:
         bpy.ops.export_scene.gltf(
             filepath=str(partial),
@@ -110,6 +111,13 @@ def _write_gltf(owner: bpy.types.Object, target: Path) -> None:
             export_materials="NONE",
             check_existing=False,
         )
+
+
+@contextmanager
+def _moving_stand_ins(owner: bpy.types.Object, results: Path) -> Iterator[tuple[int, int]]:
+    """Stand-ins that carry velocities, and the first and last scene frame."""
+    with cached_stand_ins(owner) as copies, _whole_timeline(owner) as span, moving(owner, copies, read_report(results), results):
+        yield span
 
 
 @contextmanager
@@ -140,4 +148,4 @@ def _reason(error: Exception) -> str:
 
 
 _COPIES: dict[str, Callable[[dict, str, Path, Path], list[Path]]] = {"pc2": _copy_caches, "ply": _copy_frames}
-_WRITERS: dict[str, Callable[[bpy.types.Object, Path], None]] = {"abc": _write_alembic, "usd": _write_usd, "glb": _write_gltf}
+_WRITERS: dict[str, Callable[[bpy.types.Object, Path, Path], None]] = {"abc": _write_alembic, "usd": _write_usd, "glb": _write_gltf}

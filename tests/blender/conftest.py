@@ -70,6 +70,11 @@ def place(vertices: np.ndarray, number: int) -> np.ndarray:
     return vertices * [1.0, 1.5 + 0.1 * number, 0.8] + [0.1 * number, 2.0, 0.0]
 
 
+def velocities(vertices: np.ndarray, number: int) -> np.ndarray:
+    """Not those of the motion: other ones in every frame and vertex, so that a test can tell them apart."""
+    return (np.sin(5 * vertices + number) + [0.0, 0.0, 0.2 * number]).astype(np.float32)
+
+
 def reference(index: int) -> TriangleMesh:
     """The reference mesh of a group; each group has another number of vertices."""
     sphere = trimesh.creation.icosphere(subdivisions=1 + index)
@@ -123,7 +128,7 @@ def _write_group(out: Path, report: Report, index: int, numbers: tuple[int, ...]
             d2_psnr=70.0,
         )
         colors = error_colors(0.002 * (1 + mesh.vertices[:, 1]))
-        write_ply(out / frame.deformed, mesh.moved(place(mesh.vertices, number)), colors)
+        write_ply(out / frame.deformed, mesh.moved(place(mesh.vertices, number)), colors, velocities(mesh.vertices, number))
         report.frames.append(frame)
 
 

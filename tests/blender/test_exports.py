@@ -8,10 +8,10 @@ import pytest
 
 from refmesh_addon.bridge.exports import FORMATS
 from refmesh_addon.bridge.meshes import read_positions
-from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.meshes import read_mesh, write_ply
 from refmesh_addon.io.pc2 import read_pc2
 
-from .conftest import GROUPS, NUMBERS, place, reference
+from .conftest import GROUPS, NUMBERS, place, reference, velocities
 
 IMPORTERS = {
     "abc": lambda path: bpy.ops.wm.alembic_import(filepath=path, as_background_job=False),
@@ -47,11 +47,16 @@ def test_scene_formats_come_back_the_same(blender, solved, results, written):
         check_frame(number)
 
 
+def imported(index: int) -> bpy.types.Object:
+    """The mesh of a group as an importer made it, evaluated at the present frame."""
+    member = next(item for item in bpy.data.objects if item.type == "MESH" and f"group_{index:03d}" in item.name)
+    return member.evaluated_get(bpy.context.evaluated_depsgraph_get())
+
+
 def check_frame(number: int) -> None:
     """Each group lies where the input did, turned upright, in its own frames, and is scaled to nothing in the others."""
     for index, numbers in enumerate(GROUPS):
-        member = next(item for item in bpy.data.objects if item.type == "MESH" and f"group_{index:03d}" in item.name)
-        evaluated = member.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        evaluated = imported(index)
         matrix = np.array(evaluated.matrix_world)
         world = read_positions(evaluated.data) @ matrix[:3, :3].T + matrix[:3, 3]
         if number in numbers:
@@ -59,6 +64,36 @@ def check_frame(number: int) -> None:
             np.testing.assert_allclose(world, np.column_stack([x, -z, y]), atol=1e-5)
         else:
             assert np.ptp(world, axis=0).max() < 1e-6
+
+
+@pytest.mark.parametrize("kind", ["abc", "usd"])
+def test_velocities_come_back_in_units_per_second(blender, solved, results, written):
+    blender.context.scene.render.fps = 30
+    handlers = list(bpy.app.handlers.frame_change_pre)
+    blender.ops.refmesh.export(format=written)
+    assert list(bpy.app.handlers.frame_change_pre) == handlers
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.context.scene.render.fps = 30  # Alembic knows times, not frames
+    IMPORTERS[written](str(results / "export" / f"ball.{written}"))
+    for number in NUMBERS:
+        bpy.context.scene.frame_set(number)
+        for index, numbers in enumerate(GROUPS):
+            mesh = imported(index).data
+            found = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+            mesh.attributes["velocity"].data.foreach_get("vector", found)
+            expected = 30 * velocities(reference(index).vertices, number) if number in numbers else np.zeros((len(mesh.vertices), 3))
+            np.testing.assert_allclose(found.reshape(-1, 3), expected, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["abc", "usd"])
+def test_frames_without_velocities_are_refused_before_anything_is_written(blender, solved, results, written):
+    path = results / "deformed" / f"frame_{NUMBERS[-1]:04d}.ply"
+    write_ply(path, read_mesh(path))
+    before, handlers = names_in_blender(), list(bpy.app.handlers.frame_change_pre)
+    with pytest.raises(RuntimeError, match=f"frame_{NUMBERS[-1]:04d}.ply: holds no velocities; run the Deform step"):
+        blender.ops.refmesh.export(format=written)
+    assert not list((results / "export").iterdir())
+    assert names_in_blender() == before and list(bpy.app.handlers.frame_change_pre) == handlers
 
 
 def test_caches_come_with_the_mesh_they_move(blender, solved, results, tmp_path):

@@ -1,4 +1,4 @@
-"""Colours come back as they were written, whatever else a vertex carries."""
+"""Colours and velocities come back as they were written, whatever else a vertex carries."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from refmesh_addon.core.check import RefMeshError
 from refmesh_addon.io.meshes import write_ply
-from refmesh_addon.io.ply_colors import read_colors
+from refmesh_addon.io.ply_vertices import read_colors, read_velocities
 
 from ..core.shapes import ball
 
@@ -18,6 +18,20 @@ def test_colors_come_back(tmp_path, moving):
     colors = np.random.default_rng(0).integers(0, 256, (len(mesh.vertices), 4)).astype(np.uint8)
     write_ply(tmp_path / "a.ply", mesh, colors, mesh.vertices if moving else None)
     np.testing.assert_array_equal(read_colors(tmp_path / "a.ply"), colors)
+
+
+@pytest.mark.parametrize("colored", [False, True])
+def test_velocities_come_back(tmp_path, colored):
+    mesh = ball(1)
+    colors = np.zeros((len(mesh.vertices), 4), np.uint8)
+    write_ply(tmp_path / "a.ply", mesh, colors if colored else None, mesh.vertices)
+    np.testing.assert_array_equal(read_velocities(tmp_path / "a.ply"), mesh.vertices.astype(np.float32))
+
+
+def test_a_file_without_velocities_says_what_to_do(tmp_path):
+    write_ply(tmp_path / "a.ply", ball(1))
+    with pytest.raises(RefMeshError, match="a.ply: holds no velocities; run the Deform step first"):
+        read_velocities(tmp_path / "a.ply")
 
 
 @pytest.mark.parametrize(
