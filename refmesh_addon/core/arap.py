@@ -35,7 +35,9 @@ HOLD = 1e-3
 
 @dataclass(frozen=True)
 class Deformation(_FrozenArrays):
-    """vertices : (R, 3) scene units.  rotations : (R, 3, 3).  energies : (iterations + 1,) scene units squared, from the start on."""
+    """vertices : (R, 3) scene units.  rotations : (R, 3, 3).  energies : (iterations + 1,) scene units squared, from the start on;
+    without the start's where its rotations were given.
+    """
 
     vertices: np.ndarray
     rotations: np.ndarray
@@ -139,10 +141,11 @@ class ArapSystem:
 
         targets : (K, 3) of the constrained points.  start : (R, 3).
         options : `fixed_targets` (len(fixed), 3); `rest` (R, 3), a rest shape other than the mesh's own; `normals` (K, 3), unit
-        normals of planes through the targets in which the points may slide, and `slides`, how often they do so per iteration.
+        normals of planes through the targets in which the points may slide, and `slides`, how often they do so per iteration;
+        `rotations` (R, 3, 3) that the start has from an earlier solution: the first local step is left out then.
         """
         state = _State(self, targets, np.asarray(start, dtype=np.float64), **options)
-        energies = [state.turn()]
+        energies = [state.turn()] if state.transposed is None else []
         for _ in range(iterations):
             state.move()
             energies.append(state.turn())
@@ -168,6 +171,7 @@ class _State:
         rest: np.ndarray | None = None,
         normals: np.ndarray | None = None,
         slides: int = 1,
+        rotations: np.ndarray | None = None,
     ):
         self.system, self.solver = system, system.solver
         rest = self.solver.mesh.vertices if rest is None else rest
@@ -181,7 +185,8 @@ class _State:
         if fixed_targets is not None:
             self.positions[system.fixed] = fixed_targets - self.origin
         self.steady = system.hold[system.free, None] * self.start[system.free] - system.coupling @ self.positions[system.fixed]
-        self.transposed: Any = None  # (R, 9): every rotation's transpose, row-major
+        # (R, 9): every rotation's transpose, row-major
+        self.transposed: Any = None if rotations is None else rotations.transpose(0, 2, 1).reshape(-1, 9)
 
     def turn(self) -> float:
         """Local step: rotations for these positions; returns the energy after it."""

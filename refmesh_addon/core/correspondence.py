@@ -7,13 +7,14 @@ surface with all triangles between them inside it, where it is convex.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from .closest_point import Allowed, ClosestPoints, SurfaceIndex
-from .geometry import TINY, merged, normalized, triangle_areas, triangle_normals, vertex_areas, vertex_normals
+from .geometry import TINY, normalized, triangle_normals
+from .surface_samples import SurfaceSampler, SurfaceSamples
 from .types import TriangleMesh, _FrozenArrays
 
 # compatible(vertex_ids, triangle_ids) -> bool for each pair: may this reference vertex lie on this source triangle?
@@ -57,42 +58,6 @@ class Pairs(_FrozenArrays):
         return sparse.csr_matrix((self.shares.ravel()[used], (index[used], self.corners.ravel()[used])), shape=(len(self.corners), count))
 
 
-@dataclass(frozen=True)
-class SurfaceSamples(_FrozenArrays):
-    """Vertices, then centres of triangles of a surface.
-
-    points, normals : (N, 3).  triangles : (N,) a triangle that holds the point.  corners, shares : (N, 3) as in Pairs.
-    weights : (N,) the area that each stands for, mean 1.
-    """
-
-    points: np.ndarray
-    normals: np.ndarray
-    triangles: np.ndarray
-    corners: np.ndarray
-    shares: np.ndarray
-    weights: np.ndarray
-
-    @classmethod
-    def of(cls, mesh: TriangleMesh) -> SurfaceSamples:
-        """Coinciding vertices are taken as one."""
-        whole, kept = merged(mesh)
-        order = np.argsort(kept)  # as the mesh has them: what a stride picks must not depend on coordinates
-        corners = np.concatenate([np.repeat(kept[order, None], 3, axis=1), mesh.triangles])
-        areas = np.concatenate([vertex_areas(whole)[order], triangle_areas(mesh)])
-        return cls(
-            np.concatenate([whole.vertices[order], mesh.vertices[mesh.triangles].mean(axis=1)]),
-            np.concatenate([vertex_normals(whole)[order], triangle_normals(mesh)]),
-            np.concatenate([_any_triangle(mesh)[kept[order]], np.arange(len(mesh.triangles))]),
-            corners,
-            np.concatenate([np.tile([1.0, 0.0, 0.0], (len(kept), 1)), np.full((len(mesh.triangles), 3), 1 / 3)]),
-            areas / areas.mean(),
-        )
-
-    def every(self, stride: int) -> SurfaceSamples:
-        """Every n-th of them."""
-        return self if stride == 1 else SurfaceSamples(*(getattr(self, item.name)[::stride] for item in fields(self)))
-
-
 class Correspondence:
     """Partners between one source surface and any deformation of one reference.
 
@@ -106,14 +71,15 @@ class Correspondence:
         self._normals = triangle_normals(source.mesh)
         self._source_border = border_edges(source.mesh)
         self._reference_border = border_edges(reference)
-        self._samples = SurfaceSamples.of(source.mesh)
+        self._samples = SurfaceSampler(source.mesh).of(source.mesh)
+        self._sampler = SurfaceSampler(reference)
 
     def from_reference(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
         """Samples of the deformed reference and their places on the source.
 
         Samples whose partner lies on the border of a hole have none: the hole is where the source has no surface.
         """
-        asked = SurfaceSamples.of(mesh).every(limits.stride)
+        asked = self._sampler.of(mesh).every(limits.stride)
         allowed = lambda sample, triangle: self._allowed(asked.corners[sample, 0], triangle)
         at, found = _partners(asked, self._source, self._normals, limits, allowed)
         inside = ~on_border(self._source.mesh, self._source_border, found.triangles, found.points)
@@ -204,10 +170,3 @@ def _apart(offsets: np.ndarray, normals: np.ndarray, limits: Limits) -> np.ndarr
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", a, b)
-
-
-def _any_triangle(mesh: TriangleMesh) -> np.ndarray:
-    """(V,) index of one triangle at each vertex, the last; 0 for a vertex without triangles."""
-    result = np.zeros(len(mesh.vertices), dtype=np.int64)
-    result[mesh.triangles.ravel()] = np.repeat(np.arange(len(mesh.triangles)), 3)
-    return result

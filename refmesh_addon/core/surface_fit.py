@@ -66,7 +66,7 @@ def fit_surface(
     mesh = solver.mesh.moved(np.asarray(start, dtype=np.float64))
     rest, size = mesh, np.sqrt(triangle_areas(mesh).sum())
     correspondence = Correspondence(source, mesh, compatible)
-    trust, touched = np.ones(len(start)), np.zeros(len(start), dtype=bool)
+    trust, touched, rotations = np.ones(len(start)), np.zeros(len(start), dtype=bool), None
     residuals = np.zeros(settings.fit_rounds)
     for number in range(settings.fit_rounds):
         pull, reach, cosine = (_between(ends, number, settings.fit_rounds) for ends in (PULL, REACH, COSINE))
@@ -76,28 +76,28 @@ def fit_surface(
         pairs = correspondence.from_reference(mesh, limits), correspondence.from_source(mesh, limits)
         distances = np.concatenate([side.distances for side in pairs])
         residuals[number] = distances.mean() if len(distances) else 0.0
-        deformation, touched = _solve(solver, pairs, pull * trust, (mesh, rest), 0 if early else SLIDES)
-        mesh = mesh.moved(deformation.vertices)
-        trust = np.where(_folded(mesh, rest, deformation.rotations), FOLD_TRUST * trust, np.minimum(TRUST_GROWTH * trust, 1.0))
+        options = {"rest": rest.vertices, "rotations": rotations}
+        deformation, touched = _solve(solver, pairs, pull * trust, mesh, options if early else {**options, "slides": SLIDES})
+        mesh, rotations = mesh.moved(deformation.vertices), deformation.rotations
+        trust = np.where(_folded(mesh, rest, rotations), FOLD_TRUST * trust, np.minimum(TRUST_GROWTH * trust, 1.0))
         progress((number + 1) / settings.fit_rounds)
     return FitResult(mesh.vertices, residuals, ~touched)
 
 
 def _solve(
-    solver: ArapSolver, sides: tuple[Pairs, Pairs], pull: np.ndarray, shapes: tuple[TriangleMesh, TriangleMesh], slides: int
+    solver: ArapSolver, sides: tuple[Pairs, Pairs], pull: np.ndarray, mesh: TriangleMesh, options: dict
 ) -> tuple[Deformation, np.ndarray]:
     """One ARAP iteration with the pairs of both sides, and the (R,) bool of vertices in a pair.
 
-    pull : (R,) weight of each vertex.  shapes : where it is now and the rest shape.  slides : 0 for points, else for planes.
+    pull : (R,) weight of each vertex.  mesh : where it is now.  options : of the solution; with `slides` the pairs are planes.
     """
     count = len(pull)
     # As many vertices' worth from each side: a dense source must not outweigh its own smoothness.
     weights = [pull[side.corners].min(axis=1) * side.weights * (count / max(len(side.corners), 1)) for side in sides]
     rows = sparse.vstack([side.rows(count) for side in sides]).tocsr()
     targets, normals = (np.concatenate([getattr(side, name) for side in sides]) for name in ("targets", "normals"))
-    planes = {"normals": normals, "slides": slides} if slides else {}
-    system = solver.system(rows, np.concatenate(weights))
-    deformation = system.solve(targets, shapes[0].vertices, 1, rest=shapes[1].vertices, **planes)
+    planes = {"normals": normals} if "slides" in options else {}
+    deformation = solver.system(rows, np.concatenate(weights)).solve(targets, mesh.vertices, 1, **options, **planes)
     touched = np.zeros(count, dtype=bool)
     touched[rows.indices] = True
     return deformation, touched
