@@ -8,37 +8,55 @@ from scipy.sparse import csgraph
 
 from .arap import ArapSolver
 from .cotangent import triangle_adjacency
-from .geometry import mean_edge_length, triangle_normals
+from .geometry import area_vectors, mean_edge_length
 from .types import TriangleMesh
 
 REACH = 4  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
 HOLD, LOOSER = 40.0, 0.3  # pull of a loose vertex to its place at the first attempt, where an edge weighs 0.58, and from one to the next
 TURNS = 2  # local and global steps of each attempt
 LEASH = 1.0  # mean edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
-STRIDES, STRIDE = 5, 0.5  # steps towards a goal, and the share of the way that is left that each tries to go
-MOST_REFUSALS = 8  # times that vertices stay back in one step, because others that stay may fold their neighbours
+STRIDES, STRIDE = 5, 0.5  # steps of vertices that cannot go all the way, and the share of what is left that each tries to go
 
 
-def folded_triangles(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
-    """(S,) bool, whether a triangle points away from where its vertices' rotations turn it.
+class Facing:
+    """Which way each triangle should face: where its vertices' rotations turn it.
 
     rest : the shape before.  rotations : (R, 3, 3) how the surroundings of each vertex turned (column vectors).
     """
-    turned = np.einsum("tij,tj->ti", rotations[mesh.triangles].mean(axis=1), triangle_normals(rest))
-    return np.einsum("ij,ij->i", turned, triangle_normals(mesh)) < 0
+
+    def __init__(self, rest: TriangleMesh, rotations: np.ndarray):
+        self._triangles = rest.triangles
+        flat = rotations.reshape(-1, 9)
+        mixed = sum(flat.take(corner, axis=0) for corner in rest.triangles.T).reshape(-1, 3, 3)
+        self._directions = np.einsum("tij,tj->ti", mixed, area_vectors(rest))
+
+    def folded(self, vertices: np.ndarray, among: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """(S,) bool, whether a triangle points away from where it should.  among : only these triangles."""
+        normals = area_vectors(TriangleMesh(vertices, self._triangles[among]))
+        return np.einsum("ti,ti->t", self._directions[among], normals) < 0
+
+    def corners_of_folded(self, vertices: np.ndarray, moved: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Corners of triangles at (R,) bool moved vertices that are folded though they are not among the (S,) bool known ones."""
+        near = np.flatnonzero(moved[self._triangles].any(axis=1) & ~known)
+        return np.unique(self._triangles[near[self.folded(vertices, near)]])
+
+
+def folded_triangles(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
+    """(S,) bool, whether a triangle of the mesh points away from where its vertices' rotations turn it; rest, rotations : as above."""
+    return Facing(rest, rotations).folded(mesh.vertices)
 
 
 def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """(R, 3) vertices of which those around folds are placed anew, as rigidly as possible, and all others stay.
 
     vertices : (R, 3) the solver's mesh, deformed.  shape : (R, 3) the same without folds; what rigid refers to.
-    rotations : as for `folded_triangles`, from the solver's mesh. Each attempt lets go of one more ring around the folds that
+    rotations : as for `Facing`, from the solver's mesh. Each attempt lets go of one more ring around the folds that
     are left. Where this would take a vertex beyond the LEASH, the folds there stay. At the end all go back as far as they can.
     """
-    fitted = vertices
+    fitted, facing = vertices, Facing(solver.mesh, rotations)
     mesh, leash = solver.mesh, LEASH * mean_edge_length(solver.mesh.moved(shape))
     for attempt in range(REACH):
-        folded = folded_triangles(mesh.moved(vertices), mesh, rotations)
+        folded = facing.folded(vertices)
         if not folded.any():
             break
         loose = _around(mesh, folded, attempt + 1)
@@ -47,26 +65,32 @@ def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotati
         moved = system.solve(np.empty((0, 3)), vertices, TURNS, rest=shape, fixed_targets=vertices[fixed]).vertices
         strays = loose & (np.linalg.norm(moved - vertices, axis=1) > leash)
         vertices = np.where((loose & ~_connected(mesh, loose, strays))[:, None], moved, vertices)
-    return approached(mesh, vertices, fitted, rotations)
+    return approached(facing, vertices, fitted)
 
 
-def approached(rest: TriangleMesh, vertices: np.ndarray, goal: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """(R, 3) vertices moved towards (R, 3) goals as far as that folds no triangle which is not folded; rest, rotations : as above."""
+def approached(facing: Facing, vertices: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    """(R, 3) vertices moved to (R, 3) goals, or towards them as far as that folds no triangle which is not folded."""
     if np.array_equal(vertices, goal):
         return vertices
-    folded = folded_triangles(rest.moved(vertices), rest, rotations)
-    direct = folded_triangles(rest.moved(goal), rest, rotations)
-    if not (direct & ~folded).any():
-        return goal
-    for _ in range(STRIDES):
-        moved = vertices + STRIDE * (goal - vertices)
-        for _ in range(MOST_REFUSALS):
-            turned = np.unique(rest.triangles[folded_triangles(rest.moved(moved), rest, rotations) & ~folded])
-            if not len(turned):
-                vertices = moved
-                break
-            moved[turned] = vertices[turned]
-    return vertices
+    folded = facing.folded(vertices)
+    moved, short = _moved(facing, vertices, goal, np.ones(len(vertices), dtype=bool), folded)
+    for _ in range(STRIDES if short.any() else 0):
+        moved, _ = _moved(facing, moved, moved + STRIDE * (goal - moved), short, folded)
+    return moved if short.any() else goal
+
+
+def _moved(facing: Facing, vertices: np.ndarray, goal: np.ndarray, chosen: np.ndarray, folded: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Chosen vertices at their goals but for those of new folds, which stay; and the (R,) bool that stay.
+
+    Those that stay may fold their neighbours in turn, which then stay as well: at worst all do.
+    """
+    moved, changed, stay = np.where(chosen[:, None], goal, vertices), chosen, np.zeros(len(vertices), dtype=bool)
+    while len(corners := facing.corners_of_folded(moved, changed, folded)):
+        changed = np.zeros(len(vertices), dtype=bool)
+        changed[corners] = chosen[corners] & ~stay[corners]
+        stay |= changed
+        moved[changed] = vertices[changed]
+    return moved, stay
 
 
 def _around(mesh: TriangleMesh, triangles: np.ndarray, rings: int) -> np.ndarray:

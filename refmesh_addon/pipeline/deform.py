@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.check import RefMeshError
-from ..core.folds import approached, folded_triangles
+from ..core.folds import Facing, approached
 from ..core.steadiness import steadied
 from ..core.types import TriangleMesh
 from ..io.files import output_folder
@@ -74,16 +74,16 @@ def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, Trian
     """The group's frames and its hand-over, steadied, and their velocities; the frames are written and reported."""
     entries = {frame: _read_again(context, group, frame, key) for frame in group.targets}
     vertices, times = np.stack([entry["vertices"] for entry in entries.values()]), np.array([context.numbers[frame] for frame in entries])
-    turns = [Rotation.from_rotvec(entry["turns"]).as_matrix() for entry in entries.values()]
+    facings = [Facing(group.mesh, Rotation.from_rotvec(entry["turns"]).as_matrix()) for entry in entries.values()]
     steady = steadied(group.mesh, vertices, times, context.settings.deformation.steady_frames)
-    placed = np.stack([approached(group.mesh, *moves) for moves in zip(vertices, steady, turns, strict=True)])
+    placed = np.stack([approached(*moves) for moves in zip(facings, vertices, steady, strict=True)])
     meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
     speeds = np.gradient(placed, times, axis=0) if len(times) > 1 else np.zeros_like(placed)
     velocities = dict(zip(entries, speeds, strict=True))
     output_folder(context.output / "deformed")
-    for frame, turned in zip(group.frames, turns, strict=False):
+    for frame, facing in zip(group.frames, facings, strict=False):
         entry = entries[frame]
-        flipped = folded_triangles(meshes[frame], group.mesh, turned)
+        flipped = facing.folded(meshes[frame].vertices)
         report = _reported(context, group, frame, (flipped, entry["held"], entry["hidden"]))
         write_ply(context.output / report.deformed, meshes[frame], velocities=velocities[frame])
     return meshes, velocities
