@@ -25,7 +25,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from .cotangent import cotangent_weights, spokes, triangle_adjacency
-from .geometry import triangle_areas, vertex_components
+from .geometry import TINY, triangle_areas, vertex_components
 from .smooth_rotations import SmoothRotations
 from .types import TriangleMesh, _FrozenArrays
 
@@ -35,8 +35,8 @@ HOLD = 1e-3
 
 @dataclass(frozen=True)
 class Deformation(_FrozenArrays):
-    """vertices : (R, 3) scene units.  rotations : (R, 3, 3).  energies : (iterations + 1,) scene units squared, from the start on;
-    without the start's where its rotations were given.
+    """vertices : (R, 3) scene units.  rotations : (R, 3, 3).  energies : (at most iterations + 1,) scene units squared, from the start
+    on; without the start's where its rotations were given.
     """
 
     vertices: np.ndarray
@@ -55,12 +55,12 @@ class ArapSolver:
     def __init__(self, mesh: TriangleMesh, smoothness: float = 0.01):
         if not smoothness >= 0:
             raise ValueError(f"smoothness must be 0 or more; got {smoothness}")
-        self.mesh = mesh
+        self.mesh, self.smoothness, self.area = mesh, smoothness, float(triangle_areas(mesh).sum())
         self.weights = cotangent_weights(mesh)
         self.laplacian = (sparse.diags(_row_sums(self.weights)) - self.weights).tocsr()
         centred = mesh.vertices - mesh.vertices.mean(axis=0)
         spread = 2.0 * _dot(centred, self.laplacian @ centred) - self.laplacian @ _dot(centred, centred)
-        self.local_step = SmoothRotations(triangle_adjacency(mesh), smoothness * float(triangle_areas(mesh).sum()), spread)
+        self.local_step = SmoothRotations(triangle_adjacency(mesh), smoothness * self.area, spread)
         self.component_count, self.components = vertex_components(mesh)
         self._last: tuple[bytes, ArapSystem] | None = None
         self._rest: tuple[np.ndarray, tuple] | None = None
@@ -73,12 +73,14 @@ class ArapSolver:
         weight: float | np.ndarray = 1.0,
         iterations: int = 10,
         keep: float = 0.0,
+        settled: float = 0.0,
     ) -> Deformation:
         """Moves the handles to their targets and everything else as rigidly as possible.
 
         handles : (K,) distinct vertex indices.  targets : (K, 3) scene units.  start : (R, 3) first guess.
         weight : one number or (K,), no unit, in cotangent weights (an edge of a regular mesh has 0.58); inf for hard handles.
         keep : weight of every vertex's pull to its start, for a start that is already good far from the handles.
+        settled : iterations end early with one that lowers the energy by no more than this share of it.
         The factorisation is kept for the next call with the same handles and weights.
         Raises ValueError for shapes, indices or weights that do not fit.
         """
@@ -92,7 +94,7 @@ class ArapSolver:
             selection = sparse.identity(len(self.mesh.vertices), format="csr")[handles[~hard]]
             self._last = key, self.system(selection, weights[~hard], handles[hard], keep)
         hard = np.isinf(weights)
-        return self._last[1].solve(targets[~hard], start, iterations, fixed_targets=targets[hard])
+        return self._last[1].solve(targets[~hard], start, iterations, settled, fixed_targets=targets[hard])
 
     def system(self, rows: sparse.spmatrix, weights: np.ndarray, fixed: np.ndarray | tuple = (), keep: float = 0.0) -> ArapSystem:
         """The factorised system for constraints on points of the surface.
@@ -101,6 +103,16 @@ class ArapSolver:
         fixed : vertices met exactly.  keep : weight of every vertex's pull to its start.
         """
         return ArapSystem(self, sparse.csr_matrix(rows), np.asarray(weights, dtype=np.float64), np.asarray(fixed, dtype=np.int64), keep)
+
+    def part(self, chosen: np.ndarray) -> tuple[np.ndarray, ArapSolver]:
+        """The solver of the triangles that have a corner among the (R,) bool chosen vertices, and the (P,) vertices it has left.
+
+        The balance of the two terms of the energy stays that of the whole.
+        """
+        triangles = self.mesh.triangles[chosen[self.mesh.triangles].any(axis=1)]
+        kept, compact = np.unique(triangles, return_inverse=True)
+        mesh = TriangleMesh(self.mesh.vertices[kept], compact.reshape(-1, 3))
+        return kept, ArapSolver(mesh, self.smoothness * self.area / max(float(triangle_areas(mesh).sum()), TINY))
 
     def rest_operators(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:
         """`spokes` of a rest shape (R, 3), its transpose, and the sum of w_ij |p_i - p_j|^2; the last shape's are kept."""
@@ -136,10 +148,10 @@ class ArapSystem:
         # Symmetric positive definite: no pivoting is needed, and the ordering for A + A^T fills in least.
         self.factor = splu(matrix[:, self.free].tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
-    def solve(self, targets: np.ndarray, start: np.ndarray, iterations: int, **options) -> Deformation:
+    def solve(self, targets: np.ndarray, start: np.ndarray, iterations: int, settled: float = 0.0, **options) -> Deformation:
         """Local and global steps in turn, `iterations` of each after a first local step.
 
-        targets : (K, 3) of the constrained points.  start : (R, 3).
+        targets : (K, 3) of the constrained points.  start : (R, 3).  settled : as in `ArapSolver.deform`.
         options : `fixed_targets` (len(fixed), 3); `rest` (R, 3), a rest shape other than the mesh's own; `normals` (K, 3), unit
         normals of planes through the targets in which the points may slide, and `slides`, how often they do so per iteration;
         `rotations` (R, 3, 3) that the start has from an earlier solution: the first local step is left out then.
@@ -149,6 +161,8 @@ class ArapSystem:
         for _ in range(iterations):
             state.move()
             energies.append(state.turn())
+            if len(energies) > 1 and energies[-2] - energies[-1] <= settled * energies[-2]:
+                break
         return Deformation(state.positions + state.origin, state.rotations(), np.array(energies))
 
     def _reached(self) -> np.ndarray:

@@ -60,12 +60,19 @@ def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotati
         if not folded.any():
             break
         loose = _around(mesh, folded, attempt + 1)
-        fixed = np.flatnonzero(~loose)
-        system = solver.system(sparse.csr_matrix((0, len(vertices))), np.empty(0), fixed, HOLD * LOOSER**attempt)
-        moved = system.solve(np.empty((0, 3)), vertices, TURNS, rest=shape, fixed_targets=vertices[fixed]).vertices
+        moved = _relaxed(solver, vertices, shape, loose, HOLD * LOOSER**attempt)
         strays = loose & (np.linalg.norm(moved - vertices, axis=1) > leash)
         vertices = np.where((loose & ~_connected(mesh, loose, strays))[:, None], moved, vertices)
     return approached(facing, vertices, fitted)
+
+
+def _relaxed(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, loose: np.ndarray, keep: float) -> np.ndarray:
+    """(R, 3) vertices of which the (R,) bool loose ones lie as rigidly as possible between the others, which stay."""
+    kept, part = solver.part(_around(solver.mesh, loose[solver.mesh.triangles].any(axis=1), 0))
+    fixed, result = np.flatnonzero(~loose[kept]), vertices.copy()
+    system = part.system(sparse.csr_matrix((0, len(kept))), np.empty(0), fixed, keep)
+    result[kept] = system.solve(np.empty((0, 3)), vertices[kept], TURNS, rest=shape[kept], fixed_targets=vertices[kept[fixed]]).vertices
+    return result
 
 
 def approached(facing: Facing, vertices: np.ndarray, goal: np.ndarray) -> np.ndarray:

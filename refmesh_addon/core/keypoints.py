@@ -6,7 +6,6 @@ for the key points of reference mesh and frames.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,8 @@ from .geometry import TINY, vertex_areas
 from .types import TriangleMesh
 
 BLOCK_PAIRS = 1 << 21  # neighbour pairs held at once: bounds the memory to some 100 MB
+SAMPLED = 50  # every so many points tell how many pairs there are
+NEAREST = 8  # neighbours that are asked first whether one of them is more salient
 
 
 @dataclass(frozen=True)
@@ -62,19 +63,32 @@ def scatter_spectra(points: np.ndarray, weights: np.ndarray, radius: float) -> t
 
     Returns the eigenvalues, largest first (N, 3), scene units squared, and the (N,) number of points in reach, the point itself included.
     """
-    tree = cKDTree(points)
-    counts = tree.query_ball_point(points, radius, return_length=True, workers=-1)
     centred = points - points.mean(axis=0)  # differences of squares keep their digits far from the origin
     squares = (centred[:, :, None] * centred[:, None, :]).reshape(-1, 9)
     moments = np.column_stack([np.ones(len(points)), centred, squares]) * weights[:, None]
-    spectra = np.empty((len(points), 3))
-    for rows, near in _neighbours(points, tree, radius, counts):
-        total, first, second = np.split(near @ moments, [1, 4], axis=1)
-        here = centred[rows]
-        cross = first[:, :, None] * here[:, None, :]
-        scatter = second.reshape(-1, 3, 3) - cross - cross.transpose(0, 2, 1) + total[:, :, None] * here[:, :, None] * here[:, None, :]
-        spectra[rows] = np.linalg.eigvalsh(scatter / np.maximum(total[:, :, None], TINY))[:, ::-1]
-    return spectra, counts
+    sums = _ball_sums(centred, np.column_stack([np.ones(len(points)), moments]), radius)
+    counts, total, first, second = np.split(sums, [1, 2, 5], axis=1)
+    cross = first[:, :, None] * centred[:, None, :]
+    scatter = second.reshape(-1, 3, 3) - cross - cross.transpose(0, 2, 1) + total[:, :, None] * centred[:, :, None] * centred[:, None, :]
+    return np.linalg.eigvalsh(scatter / np.maximum(total[:, :, None], TINY))[:, ::-1], np.rint(counts[:, 0]).astype(np.int64)
+
+
+def _ball_sums(points: np.ndarray, values: np.ndarray, radius: float) -> np.ndarray:
+    """(N, k) sums of the (N, k) values over all points in reach of each of (N, 3), slab by slab along the longest side."""
+    along = points[:, np.ptp(points, axis=0).argmax()]
+    order = np.argsort(along, kind="stable")
+    some = points[order[::SAMPLED]]
+    pairs = 0.5 * len(points) * np.mean(cKDTree(points).query_ball_point(some, radius, return_length=True))
+    result = np.empty(values.shape)
+    for core in np.array_split(order, max(1, round(pairs / BLOCK_PAIRS))):
+        ends = along[core[0]] - radius, along[core[-1]] + radius
+        slab = order[slice(np.searchsorted(along[order], ends[0]), np.searchsorted(along[order], ends[1], side="right"))]
+        i, j = cKDTree(points[slab]).query_pairs(radius, output_type="ndarray").T
+        near = sparse.coo_matrix((np.ones(len(i)), (i, j)), shape=(len(slab),) * 2)
+        sums = np.empty(values.shape)
+        sums[slab] = values[slab] + near @ values[slab] + near.T @ values[slab]
+        result[core] = sums[core]
+    return result
 
 
 def _local_maxima(points: np.ndarray, values: np.ndarray, radius: float) -> np.ndarray:
@@ -84,17 +98,9 @@ def _local_maxima(points: np.ndarray, values: np.ndarray, radius: float) -> np.n
     rank = np.empty(len(points), dtype=np.int64)
     rank[np.lexsort((np.arange(len(points)), -values))] = np.arange(len(points))
     tree = cKDTree(points)
-    counts = tree.query_ball_point(points, radius, return_length=True, workers=-1)
-    best = np.empty(len(points), dtype=np.int64)
-    for rows, near in _neighbours(points, tree, radius, counts):
-        near = near.tocsr()
-        best[rows] = np.minimum.reduceat(rank[near.indices], near.indptr[:-1])
-    return np.flatnonzero(best == rank)
-
-
-def _neighbours(points: np.ndarray, tree: cKDTree, radius: float, counts: np.ndarray) -> Iterator[tuple[np.ndarray, sparse.coo_matrix]]:
-    """Rows and their 0/1 neighbour matrix, block by block; each row holds at least the point itself."""
-    blocks = np.cumsum(counts) // BLOCK_PAIRS
-    for rows in np.split(np.arange(len(points)), np.flatnonzero(np.diff(blocks)) + 1):
-        pairs = cKDTree(points[rows]).sparse_distance_matrix(tree, radius, output_type="ndarray")
-        yield rows, sparse.coo_matrix((np.ones(len(pairs)), (pairs["i"], pairs["j"])), shape=(len(rows), len(points)))
+    # Most are surpassed by one of the few nearest, and only the rest need all that are in reach.
+    distance, near = tree.query(points, k=np.arange(1, min(NEAREST, len(points)) + 1), workers=-1)
+    first = np.where(distance <= radius, rank[near], len(points)).min(axis=1)
+    high = np.flatnonzero(first == rank)
+    reach = tree.query_ball_point(points[high], radius, workers=-1)
+    return high[[rank[near].min() == rank[own] for own, near in zip(high, reach)]]

@@ -67,12 +67,16 @@ def _padded(lists: np.ndarray, keypoints: np.ndarray) -> np.ndarray:
 
 def _farthest_points(offsets: np.ndarray, count: int) -> np.ndarray:
     """(K, count) picks out of (K, P, 3) points: the first point, then always the one farthest from those picked so far."""
+    axes = np.ascontiguousarray(offsets.transpose(2, 0, 1))
     rows = np.arange(len(offsets))
     picks = np.zeros((len(offsets), count), dtype=np.int64)
-    nearest = np.full(offsets.shape[:2], np.inf)
+    nearest, squares, gap = np.full(offsets.shape[:2], np.inf), np.empty(offsets.shape[:2]), np.empty(offsets.shape[:2])
     for step in range(1, count):
-        gap = offsets - offsets[rows, picks[:, step - 1]][:, None]
-        np.minimum(nearest, np.einsum("kpi,kpi->kp", gap, gap), out=nearest)
+        squares[:] = 0.0
+        for axis in axes:
+            np.subtract(axis, axis[rows, picks[:, step - 1], None], out=gap)
+            squares += np.multiply(gap, gap, out=gap)
+        np.minimum(nearest, squares, out=nearest)
         picks[:, step] = nearest.argmax(axis=1)
     return picks
 

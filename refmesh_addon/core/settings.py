@@ -132,7 +132,7 @@ class DeformationSettings:
         label="Key-point fit",
     )
     arap_iterations: int = option(
-        10, "Local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations"
+        10, "Most local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations"
     )
     smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
     fit_rounds: int = option(

@@ -71,9 +71,12 @@ def _closest(m: np.ndarray) -> np.ndarray:
 
 
 def _axial(m: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """(N, 3) axial vectors of m R^T: the slope of <R, m> as R turns about each axis. Both (N, 9)."""
-    product = np.einsum("nij,nkj->nik", m.reshape(-1, 3, 3), rotations.reshape(-1, 3, 3))
-    return np.stack([product[:, 2, 1] - product[:, 1, 2], product[:, 0, 2] - product[:, 2, 0], product[:, 1, 0] - product[:, 0, 1]], axis=1)
+    """(N, 3) axial vectors of m R^T: the slope of <R, m> as R turns about each axis. Both (N, 9).
+
+    Sum over the columns of R x m; whole arrays for each entry, since products of many small matrices are slow.
+    """
+    a, b = np.ascontiguousarray(rotations.T).reshape(3, 3, -1), np.ascontiguousarray(m.T).reshape(3, 3, -1)
+    return np.stack([sum(a[y, j] * b[z, j] - a[z, j] * b[y, j] for j in range(3)) for y, z in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
 def _from_vectors(vectors: np.ndarray) -> np.ndarray:

@@ -66,7 +66,8 @@ def fit_surface(
     mesh = solver.mesh.moved(np.asarray(start, dtype=np.float64))
     rest, size = mesh, np.sqrt(triangle_areas(mesh).sum())
     correspondence = Correspondence(source, mesh, compatible)
-    trust, touched, rotations = np.ones(len(start)), np.zeros(len(start), dtype=bool), None
+    trust, touched = np.ones(len(start)), np.zeros(len(start), dtype=bool)
+    rotations = np.tile(np.eye(3), (len(start), 1, 1))  # those of a start that is the rest shape
     residuals = np.zeros(settings.fit_rounds)
     for number in range(settings.fit_rounds):
         pull, reach, cosine = (_between(ends, number, settings.fit_rounds) for ends in (PULL, REACH, COSINE))

@@ -23,6 +23,7 @@ from ..core.types import TriangleMesh
 from .stages import GroupCenters
 
 KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
+SETTLED = 1e-5  # share of the energy per iteration; the surface then moves by some ten thousandths of an edge
 KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
 
 
@@ -89,7 +90,8 @@ class ReferenceDeformer:
     def _posed(self, handles: np.ndarray, goals: np.ndarray, start: np.ndarray) -> np.ndarray:
         if not len(handles):
             return start
-        return self._solver.deform(handles, goals, start, iterations=self._settings.arap_iterations, keep=KEEP).vertices
+        options = {"iterations": self._settings.arap_iterations, "keep": KEEP, "settled": SETTLED}
+        return self._solver.deform(handles, goals, start, **options).vertices
 
     def _compatible(self, own: np.ndarray, others: np.ndarray) -> Compatible:
         """own : (R,) centers of the reference vertices.  others : (T,) centers of the frame's triangles."""
