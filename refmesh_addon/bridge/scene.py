@@ -12,6 +12,8 @@ import bpy
 
 from ..core.check import RefMeshError
 
+# What a 3D view shows, against the size of the sequence: from so near to so far.
+NEAREST, FARTHEST = (1e-3, 1e-2), 20.0
 LAST_BLOCK, TAIL = b"ENDB", 64  # what an uncompressed .blend ends with, in its last bytes
 
 
@@ -23,6 +25,17 @@ def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0
         scene.render.fps = max(1, round(fps))
         scene.render.fps_base = scene.render.fps / fps
     scene.frame_set(first)
+
+
+def reach_with_views(size: float) -> None:
+    """Lets the 3D views see something of this size: a capture in millimeters would end behind what they show.
+
+    size : longest side, scene units.
+    """
+    spaces = (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D")
+    for space in spaces:
+        space.clip_start = min(max(space.clip_start, NEAREST[0] * size), NEAREST[1] * size)
+        space.clip_end = max(space.clip_end, FARTHEST * size)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
@@ -29,6 +30,7 @@ UNITS = {
     "IN": ("Inches", "The files count in inches", 0.0254),
     "FT": ("Feet", "The files count in feet", 0.3048),
 }
+MOST_AT_ONCE = 20_000_000  # bytes of a file that is read while the file browser is drawn
 
 
 class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator):
@@ -90,7 +92,9 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         first = sequence.read_frame(found.frames[0].path, output)  # before the scene is touched: it may fail
         if self.empty_scene:
             scene.empty_scene()
-        owner = sequence.new_sequence(context.scene, found, first, self.name or found.name, self.up_axis, UNITS[self.unit][-1])
+        unit = UNITS[self.unit][-1]
+        owner = sequence.new_sequence(context.scene, found, first, self.name or found.name, self.up_axis, unit)
+        scene.reach_with_views(unit * max(np.ptp(first.vertices, axis=0)))
         state = owner.refmesh
         state.source, state.frame_selection, state.output = str(self._source()), self.frames, str(output)
         if self.set_timeline:
@@ -105,8 +109,12 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
         box = layout.box()
-        for line, icon in zip(preview(str(self._source()), self.frames), PREVIEW_ICONS):
+        lines = preview(str(self._source()), self.frames)
+        sides = sides_of_first(str(self._source()), self.frames) if len(lines) == len(PREVIEW_ICONS) else ()
+        for line, icon in zip(lines, PREVIEW_ICONS):
             box.label(text=line, icon=icon)
+        if sides:
+            box.label(text=in_meters(sides, UNITS[self.unit][-1]), icon="CON_SIZELIMIT")
         for name in ("frames", "name", "up_axis", "unit", "set_timeline", "fps", "check"):
             layout.prop(self, name)
 
@@ -136,6 +144,25 @@ def preview(source: str, frames: str) -> tuple[str, ...]:
         return (str(error),)
     gaps = f"missing: {in_words(found.gaps)}" if found.gaps else "no gaps"
     return (found.name, f"{len(found.frames)} frames: {in_words(found.numbers)}", gaps, in_bytes(size))
+
+
+@lru_cache(maxsize=8)
+def sides_of_first(source: str, frames: str) -> tuple[float, ...]:
+    """Sides of the bounding box of the first frame, in the units of the file; () where it cannot be read at once."""
+    try:
+        path = find_sequence(source, frames).frames[0].path
+        if path.stat().st_size > MOST_AT_ONCE:
+            return ()
+        from ..io.meshes import read_mesh
+
+        return tuple(map(float, np.ptp(read_mesh(path).vertices, axis=0)))
+    except (RefMeshError, OSError):
+        return ()
+
+
+def in_meters(sides: tuple[float, ...], unit: float) -> str:
+    """(170, 60, 25) in centimeters as "1.7 x 0.6 x 0.25 m": whether the unit is the right one."""
+    return " x ".join(f"{unit * side:.3g}" for side in sides) + " m"
 
 
 def in_bytes(size: int) -> str:

@@ -18,9 +18,10 @@ from .events import Event
 from .job import JobSpec
 
 WORKER_MODULE = "refmesh_addon.pipeline.worker"
-# Seconds that a worker may take to stop by itself, so that a cancelled job is gone within one. Ending it loses no more
+# Seconds that a worker may take to stop by itself, so that a cancelled job is gone within one, also where the window is slow
+# to draw and the key is noticed late. Ending it loses no more
 # than its own stop at the next progress step would: all its files are whole or absent at any time.
-CANCEL_GRACE = 0.8
+CANCEL_GRACE = 0.3
 READ_GRACE = 2.0  # seconds in which what an ended worker left in its pipes is read
 LAST_WORDS = 5  # lines of stderr that a dead worker's message quotes
 _WAIT = 0.1  # seconds between two looks at a silent worker

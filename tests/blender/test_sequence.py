@@ -10,8 +10,9 @@ import pytest
 from mathutils import Vector
 
 from refmesh_addon.bridge.meshes import read_positions, read_triangles
+from refmesh_addon.bridge.scene import reach_with_views
 from refmesh_addon.io.meshes import read_mesh
-from refmesh_addon.operators.sequence import in_bytes, preview
+from refmesh_addon.operators.sequence import in_bytes, in_meters, preview, sides_of_first
 
 from .conftest import NUMBERS
 
@@ -133,6 +134,23 @@ def test_what_would_be_imported_is_shown_first(frames):
     assert preview(str(frames), "6-7")[1:3] == ("2 frames: 6-7", "no gaps")
     assert "no such file" in preview(str(frames / "nothing"), "")[0]
     assert [in_bytes(size) for size in (1_234_567, 1_640_000_000)] == ["1.2 MB", "1.64 GB"]
+
+
+def test_the_size_is_shown_in_the_unit_that_is_chosen(frames):
+    sides = np.ptp(read_mesh(frames / "ball_0007.obj").vertices, axis=0)
+    np.testing.assert_allclose(sides_of_first(str(frames), "7-8"), sides)
+    assert in_meters((170.0, 60.0, 25.04), 0.01) == "1.7 x 0.6 x 0.25 m"
+    (frames / "ball_0007.obj").write_text("this is no mesh")
+    assert sides_of_first(str(frames), "7") == () == sides_of_first(str(frames / "nothing"), "")
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_3d_views_reach_as_far_as_the_sequence(blender, scale):
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    space = next(space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D")
+    reach_with_views(scale)
+    assert space.clip_start <= 0.01 * scale and space.clip_end >= max(20 * scale, 1000) and space.clip_end / space.clip_start < 2e8
+    assert scale != 1.0 or (space.clip_start, space.clip_end) == (pytest.approx(0.01), 1000.0)
 
 
 def test_going_to_a_frame_by_its_number(blender, ball):

@@ -117,12 +117,14 @@ def import_by_file_browser() -> Iterator[float | None]:
     with bpy.context.temp_override(**view()):
         bpy.ops.refmesh.import_sequence("INVOKE_DEFAULT", filepath=str(sorted(FRAMES.iterdir())[0]))
     yield 4.0  # the browser reads the folder
-    picture("import")
     window = bpy.context.window_manager.windows[-1]
-    area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
-    with bpy.context.temp_override(window=window, area=area, region=next(region for region in area.regions if region.type == "WINDOW")):
-        bpy.ops.file.execute()
-    yield 1.0
+    for area in window.screen.areas:
+        area.tag_redraw()
+    yield 2.0
+    picture("import")
+    # By the key that a person presses: the operator behind it, called from here, would free the window it was called in.
+    press("RET", next(area for area in window.screen.areas if area.type == "FILE_BROWSER"))
+    yield from until(lambda: owner() is not None)
     seen["imported"] = [frame.name for frame in owner().refmesh.frames]
     yield from until(lambda: not job())
 
