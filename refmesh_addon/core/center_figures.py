@@ -5,23 +5,20 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
-from scipy.spatial import cKDTree
 
+from .apart import lasting_pairs, neighbours
 from .findings import FIGURES
 from .global_optimization import irregularity
 
-NEAR = 1.75  # center spacings between neighbours; the affinity of two centers has fallen to one half there
-APART = 3.0  # center spacings beyond which neighbours have parted
 
-
-def center_figures(positions: np.ndarray, spacing: float) -> dict[str, np.ndarray]:
-    """name -> (C,) for each of FIGURES. positions : (F, C, 3).  spacing : s, scene units.
+def center_figures(positions: np.ndarray, spacing: float, marked: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    """name -> (C,) for each of FIGURES. positions : (F, C, 3).  spacing : s, scene units.  marked : (C,) bodies that must be apart.
 
     "body" is a number from 0 on, the largest body first; the others are in center spacings.
     """
-    pairs = _neighbours(positions[0], spacing)
+    pairs = neighbours(positions[0], spacing)
     found = (
-        _bodies(positions, pairs, spacing),
+        lasting_bodies(positions, spacing, marked),
         _mean_step(positions) / spacing,
         _stretch(positions, pairs) / spacing,
         np.sqrt(irregularity(positions)) / spacing,
@@ -29,19 +26,13 @@ def center_figures(positions: np.ndarray, spacing: float) -> dict[str, np.ndarra
     return dict(zip(FIGURES, found, strict=True))
 
 
-def _neighbours(centers: np.ndarray, spacing: float) -> np.ndarray:
-    """(N, 2) pairs of centers that are near each other."""
-    return cKDTree(centers).query_pairs(NEAR * spacing, output_type="ndarray")
-
-
-def _bodies(positions: np.ndarray, pairs: np.ndarray, spacing: float) -> np.ndarray:
-    """(C,) label of what hangs together in every frame."""
-    together = np.ones(len(pairs), dtype=bool)
-    for frame in positions:
-        together &= np.linalg.norm(frame[pairs[:, 0]] - frame[pairs[:, 1]], axis=1) < APART * spacing
+def lasting_bodies(positions: np.ndarray, spacing: float, marked: np.ndarray | None = None) -> np.ndarray:
+    """(C,) number of what hangs together in every frame, and is not marked as two bodies: the "body" of `center_figures`."""
+    pairs, _ = lasting_pairs(positions, spacing)
+    if marked is not None:
+        pairs = pairs[marked[pairs[:, 0]] == marked[pairs[:, 1]]]
     count = positions.shape[1]
-    kept = pairs[together]
-    graph = sparse.coo_matrix((np.ones(len(kept)), (kept[:, 0], kept[:, 1])), shape=(count, count))
+    graph = sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     _, label = csgraph.connected_components(graph, directed=False)
     order = np.argsort(-np.bincount(label), kind="stable")
     return np.argsort(order)[label]

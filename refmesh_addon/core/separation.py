@@ -32,11 +32,13 @@ def bodies_of(positions: np.ndarray, affinity: sparse.spmatrix) -> np.ndarray:
     return np.unique(label[large][nearest], return_inverse=True)[1]
 
 
-def within_bodies(affinity: sparse.spmatrix, body: np.ndarray) -> sparse.csr_matrix:
-    """The (C, C) affinity without what joins centers of different bodies.  body : (C,)."""
+def within_bodies(affinity: sparse.spmatrix, bodies: np.ndarray | None) -> sparse.csr_matrix:
+    """The (C, C) affinity without pairs of different bodies, (C,) numbers; as it is where no bodies are given."""
+    if bodies is None:
+        return affinity
     pairs = affinity.tocoo()
-    kept = body[pairs.row] == body[pairs.col]
-    return sparse.csr_matrix((pairs.data[kept], (pairs.row[kept], pairs.col[kept])), shape=pairs.shape)
+    kept = bodies[pairs.row] == bodies[pairs.col]
+    return sparse.csr_matrix((pairs.data[kept], (pairs.row[kept], pairs.col[kept])), pairs.shape)
 
 
 def set_apart(positions: np.ndarray, body: np.ndarray, spacing: float) -> np.ndarray:

@@ -73,6 +73,12 @@ class ReferenceSettings:
         "Frames, by the numbers of their files, that begin a group, such as 48,55; empty leaves it to the group size",
         label="Groups Begin at",
     )
+    apart: str = option(
+        "",
+        "Bodies that touch all the time and are to be apart in the reference mesh, by points in a frame: '48: x y z, x y z | x y z' "
+        "is frame 48, two points of one body, one point of another; what belongs to each is found from there",
+        label="Bodies Apart",
+    )
     stress: str = option(
         "plain",
         "Which distances between centers the reference centers keep first",
@@ -210,6 +216,7 @@ def _check_value(item, value) -> None:
         raise RefMeshError(f"--{words} is {value}: give a {'whole number' if whole else 'number'} from {low} to {high}")
 
 
+EDITS = ("group_starts", "apart")  # what a person noted about one sequence: no preset knows it, so none changes it
 # What each preset changes; everything else keeps its default.
 PRESETS: dict[str, dict[str, object]] = {
     "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},

@@ -15,13 +15,15 @@ from ..io.meshes import write_ply
 from ..io.report import GroupReport
 from .cache import Arrays, digest
 from .context import Context
+from .marked import bodies_apart, joined_bodies
 from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
 REFERENCE_SCHEMA = 5
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
-GROUPING = ("group_size", "longest_group", "group_starts")  # settings that a group's mesh depends on through its frames only
+# Settings that a group's mesh depends on through its frames, and through the bodies that the centers belong to, only.
+INDIRECT = ("group_size", "longest_group", "group_starts", "apart")
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,9 @@ class _Span:
 
 def refer(context: Context, tracked: Tracked) -> list[Group]:
     """Makes the reference mesh of each group and writes it."""
-    spans = _spans(context, tracked)
-    centers = [_placed(context, tracked, span) for span in spans]
+    bodies = bodies_apart(context, tracked)
+    spans = _spans(context, tracked, bodies)
+    centers = [_placed(context, tracked, span, bodies) for span in spans]
     aligned = _aligned(context, tracked, spans, centers)
     meshes = _built(context, spans, centers, aligned)
     groups = []
@@ -71,27 +74,30 @@ def refer(context: Context, tracked: Tracked) -> list[Group]:
         mesh = TriangleMesh(made["vertices"], made["triangles"])
         groups.append(Group(span.index, span.frames, span.handover, placed, targets, mesh, span.key))
         _write(context, groups[-1], aligned, int(made["self_intersections"]))
+        _warn_of_joined(context, groups[-1], bodies)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
     _write_centers(context, tracked, groups)
     return groups
 
 
-def _spans(context: Context, tracked: Tracked) -> list[_Span]:
-    settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in GROUPING}
+def _spans(context: Context, tracked: Tracked, bodies: np.ndarray | None) -> list[_Span]:
+    settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
+    apart = [] if bodies is None else [bodies.tolist()]
     found = group_spans(context, tracked)
     handovers = [following[0] for following in found[1:]] + [None]
-    keys = [digest(REFERENCE_SCHEMA, tracked.part_of(frames[0]).key, frames, settings) for frames in found]
+    keys = [digest(REFERENCE_SCHEMA, tracked.part_of(frames[0]).key, frames, settings, *apart) for frames in found]
     return [_Span(index, *item) for index, item in enumerate(zip(found, handovers, keys, strict=True))]
 
 
-def _placed(context: Context, tracked: Tracked, span: _Span) -> GroupCenters:
+def _placed(context: Context, tracked: Tracked, span: _Span, bodies: np.ndarray | None) -> GroupCenters:
     part = tracked.part_of(span.frames[0])
 
     def alive(_: float) -> None:
         context.notify("reference", context.numbers[span.frames[0]], 0.0)
 
     def make() -> dict[str, np.ndarray]:
-        placed = place_centers(tracked.seen(span.frames), part.affinity, part.spacing, context.settings.reference, alive)
+        settings = context.settings.reference
+        placed = place_centers(tracked.seen(span.frames), part.affinity, part.spacing, settings, alive, bodies)
         pairs = placed.affinity.tocoo()
         figures = {"anchor": np.int64(placed.anchor), "stress": np.float64(placed.stress)}
         return {"positions": placed.positions, "row": pairs.row, "column": pairs.col, "value": pairs.data, **figures}
@@ -186,6 +192,15 @@ def _write(context: Context, group: Group, aligned: dict[tuple[int, int], Arrays
             left_out=left_out,
         )
     )
+
+
+def _warn_of_joined(context: Context, group: Group, bodies: np.ndarray | None) -> None:
+    joined = [] if bodies is None else joined_bodies(group.mesh, group.centers.positions, bodies)
+    if joined:
+        names = " and ".join(str(body + 1) for body in joined)
+        first = context.numbers[group.frames[0]]
+        where = f"in the mesh of the group that begins with frame {first}"
+        context.warn(f"bodies {names} still hang together {where}: mark more of each, or take more centers")
 
 
 def _write_centers(context: Context, tracked: Tracked, groups: list[Group]) -> None:

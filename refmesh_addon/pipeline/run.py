@@ -10,6 +10,7 @@ from .diagnosis import check_sequence
 from .evaluate import evaluate
 from .global_rounds import optimize_globally
 from .job import CHECK, JobSpec
+from .marked import wanted_apart
 from .parallel import Workers
 from .refer import refer
 from .track import track_sequence
@@ -29,6 +30,7 @@ def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: i
             check_sequence(spec, notify, workers)
             return
         context = Context.open(spec, notify, warn, workers)
+        wanted_apart(context)  # before hours of work
         with context.timed("tracking"):
             tracked = _tracked(context)
             write_tracked(context, tracked)

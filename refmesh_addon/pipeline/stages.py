@@ -37,13 +37,22 @@ class GroupCenters:
 
 
 def place_centers(
-    positions: np.ndarray, tracked: sparse.csr_matrix, spacing: float, settings: ReferenceSettings, progress: Progress = ignore
+    positions: np.ndarray,
+    tracked: sparse.csr_matrix,
+    spacing: float,
+    settings: ReferenceSettings,
+    progress: Progress = ignore,
+    bodies: np.ndarray | None = None,
 ) -> GroupCenters:
-    """Reference centers and group affinity from (F, C, 3) tracked positions.  tracked : (C, C) affinity weights of the tracking."""
+    """Reference centers and group affinity from (F, C, 3) tracked positions.
+
+    tracked : (C, C) affinity weights of the tracking.  bodies : (C,) that must be apart, as `marked_bodies` gives them.
+    """
+    tracked = within_bodies(tracked, bodies)
     found: ReferenceCenters = reference_centers(positions, progress, settings.stress)
     # What the whole take has shown to be two bodies is two in a group that never shows them apart, too.
     known = bodies_of(found.positions, tracked)
-    affinity = within_bodies(group_affinity(positions, found.anchor, tracked, spacing).weights(), known)
+    affinity = within_bodies(within_bodies(group_affinity(positions, found.anchor, tracked, spacing).weights(), known), bodies)
     placed = found.positions
     if settings.mapping == "affinity":  # the spline knows no bodies: set apart, they would smear further
         placed = set_apart(placed, bodies_of(placed, affinity), spacing)
