@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 
 from .core.check import RefMeshError
 from .core.findings import FIGURES
-from .core.settings import PRESETS, Settings, flat_fields
+from .core.settings import EDITS, PRESETS, Settings, flat_fields
 
 STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
 # Says that a path may begin with "//"; unknown before Blender 4.5.
@@ -65,7 +65,7 @@ class RefMeshSettings(bpy.types.PropertyGroup):
 
     def matching_preset(self) -> str:
         """The preset that these settings are, or ""."""
-        current = Settings.from_flat(self.to_flat())
+        current = Settings.from_flat({name: value for name, value in self.to_flat().items() if name not in EDITS})
         return next((name for name, values in PRESETS.items() if Settings.from_flat(values) == current), "")
 
 

@@ -55,6 +55,19 @@ def center_radius(owner: bpy.types.Object) -> float:
     return RADIUS_SHARE * owner.refmesh.center_size * owner.refmesh.center_spacing
 
 
+def selected_centers(centers: bpy.types.Object) -> np.ndarray:
+    """Indices of the centers that are selected, as edit mode was left."""
+    selected = np.zeros(len(centers.data.vertices), dtype=bool)
+    centers.data.vertices.foreach_get("select", selected)
+    return np.flatnonzero(selected)
+
+
+def deselect_centers(centers: bpy.types.Object) -> None:
+    """So that the next choice begins with none."""
+    centers.data.vertices.foreach_set("select", np.zeros(len(centers.data.vertices), dtype=bool))
+    centers.data.update()
+
+
 def _material() -> bpy.types.Material:
     return attribute_material("RefMesh Centers", COLOR_NAME)
 

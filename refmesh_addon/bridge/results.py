@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..core.check import RefMeshError
+from ..core.marks import parse_marks
 from ..core.settings import Settings, flat_fields
 from ..core.types import TriangleMesh
 from ..io.files import read_npz
@@ -71,10 +72,8 @@ def read_results(folder: Path, known: dict[int, int]) -> Results:
         )
     positions = _read_positions(folder / "centers.npz")
     check_cache(folder / report["centers_playback"], positions.shape[1])
-    from ..core.center_figures import center_figures  # late: scipy comes with it
-
     apart = report["tracking"].get("center_spacing") or spacing(positions[0])
-    return Results(folder, report, positions, apart, center_figures(positions, apart), _read_references(folder, report["groups"]))
+    return Results(folder, report, positions, apart, _figures(report, positions, apart), _read_references(folder, report["groups"]))
 
 
 def parts(results: Results) -> Iterator[Part]:
@@ -116,6 +115,17 @@ def _read_positions(path: Path) -> np.ndarray:
         return read_npz(path)["positions"]
     except (OSError, ValueError, KeyError, BadZipFile) as error:
         raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
+
+
+def _figures(report: dict, positions: np.ndarray, apart: float) -> dict[str, np.ndarray]:
+    from ..core.apart import bodies_by_marks  # late: scipy comes with it
+    from ..core.center_figures import center_figures
+
+    try:
+        marked = bodies_by_marks(positions, report["sequence"]["numbers"], apart, parse_marks(report["settings"].get("apart", "")))
+    except (ValueError, RefMeshError):
+        marked = None  # a run that got so far had no use for them
+    return center_figures(positions, apart, marked)
 
 
 def _read_references(folder: Path, groups: list[dict]) -> list[TriangleMesh]:

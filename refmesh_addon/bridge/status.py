@@ -62,6 +62,8 @@ def _first_change(results: dict, stage: str, settings: dict[str, object], frames
         # Where tracking starts anew with each group, it depends on the groups too.
         for setting in [*names, "group_size", "group_starts"] if settings.get("tracking") == "group" else names:
             then, now = results["settings"].get(setting), settings.get(setting)
+            if then != now and setting == "apart":
+                return "other bodies are marked to be apart"
             if then != now:
                 return f"{setting.replace('_', ' ')} was {then if then != '' else 'empty'}, is {now if now != '' else 'empty'} now"
         if name == stage:

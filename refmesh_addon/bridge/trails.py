@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 
 from ..io.pc2 import read_pc2
+from .centers import selected_centers
 from .materials import plain_material
 from .objects import remove_object
 from .playback import cache_path
@@ -22,7 +23,7 @@ def show_trails(owner: bpy.types.Object, radius: float) -> int:
     """
     state = owner.refmesh
     remove_trails(owner)
-    chosen = _chosen(state.centers.data)
+    chosen = _chosen(state.centers)
     ways = np.stack([sample[chosen] for sample in read_pc2(cache_path(state.centers))], axis=1)
     curve = bpy.data.curves.new(f"{state.root.name} trails", "CURVE")
     curve.dimensions, curve.bevel_depth = "3D", BEVEL_SHARE * radius
@@ -45,11 +46,7 @@ def remove_trails(owner: bpy.types.Object) -> None:
         bpy.data.curves.remove(curve)
 
 
-def _chosen(points: bpy.types.Mesh) -> np.ndarray:
-    """Indices of the selected points; evenly many of all where none is, or all are."""
-    selected = np.zeros(len(points.vertices), dtype=bool)
-    points.vertices.foreach_get("select", selected)
-    if not selected.any() or selected.all():
-        selected[:] = False
-        selected[np.unique(np.linspace(0, len(selected) - 1, min(MOST, len(selected))).astype(int))] = True
-    return np.flatnonzero(selected)
+def _chosen(centers: bpy.types.Object) -> np.ndarray:
+    """Indices of the selected centers; evenly many of all where none is, or all are."""
+    chosen, count = selected_centers(centers), len(centers.data.vertices)
+    return chosen if 0 < len(chosen) < count else np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(int))

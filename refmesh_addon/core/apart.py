@@ -16,6 +16,8 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import LinearOperator, cg
 from scipy.spatial import cKDTree
 
+from .marks import Marks
+
 NEAR = 1.75  # center spacings between neighbours; the affinity of two centers has fallen to one half there
 PARTED = 3.0  # center spacings at which neighbours have parted
 REACH = 2.0  # center spacings between a mark and the center it means, at most
@@ -36,6 +38,17 @@ def lasting_pairs(positions: np.ndarray, spacing: float) -> tuple[np.ndarray, np
     farthest = np.max([np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=1) for centers in positions], axis=0)
     together = farthest < PARTED * spacing
     return pairs[together], farthest[together]
+
+
+def bodies_by_marks(positions: np.ndarray, numbers: Sequence[int], spacing: float, marks: Marks | None) -> np.ndarray | None:
+    """The bodies of `marked_bodies` from marks in one of the frames; None without marks, or where their frame is not there.
+
+    positions : (F, C, 3) scene units.  numbers : of the frames.  spacing : s, scene units.  Raises ValueError as `marked_centers` does.
+    """
+    if marks is None or marks.frame not in numbers:
+        return None
+    seeds = marked_centers(positions[list(numbers).index(marks.frame)], spacing, marks.bodies)
+    return marked_bodies(positions, spacing, seeds)
 
 
 def marked_centers(centers: np.ndarray, spacing: float, bodies: Sequence[np.ndarray]) -> list[np.ndarray]:

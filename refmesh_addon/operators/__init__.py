@@ -2,9 +2,25 @@
 
 import bpy
 
-from . import check, edit, export, help, installation, modal, object_sequence, picture, scene, sequence, settings, steps, timeline, view
+from . import (
+    bodies,
+    check,
+    edit,
+    export,
+    help,
+    installation,
+    modal,
+    object_sequence,
+    picture,
+    scene,
+    sequence,
+    settings,
+    steps,
+    timeline,
+    view,
+)
 
-PARTS = (sequence, object_sequence, check, edit, modal, settings, steps, timeline, view, export, picture, scene, installation, help)
+PARTS = (sequence, object_sequence, check, edit, bodies, modal, settings, steps, timeline, view, export, picture, scene, installation, help)
 CLASSES = tuple(cls for part in PARTS for cls in part.CLASSES)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 
@@ -12,6 +13,8 @@ import bpy
 from ..core.check import RefMeshError
 from ..pipeline.packages import import_trouble
 from ..properties import sequence_object
+
+LEAVE_EDIT_MODE = "leave edit mode first"
 
 
 def reporting(execute: Callable) -> Callable:
@@ -44,7 +47,7 @@ class SceneOperator:
     def hindrance(cls, context) -> str:
         """Why the operator cannot run now, in words that say what to do; "" when it can."""
         if context.mode != "OBJECT":
-            return "leave edit mode first"
+            return LEAVE_EDIT_MODE
         return "a RefMesh job is running: wait for it or cancel it" if running_job(context) else ""
 
 
@@ -56,6 +59,31 @@ class SequenceOperator(SceneOperator):
         if sequence_object(context) is None:
             return "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
         return super().hindrance(context)
+
+
+class CentersOperator(SequenceOperator):
+    """Works on the centers that are selected, also while they are in edit mode."""
+
+    @classmethod
+    def hindrance(cls, context) -> str:
+        owner = sequence_object(context)
+        if owner is not None and owner.refmesh.centers is None:
+            return "there are no centers yet; run the Track step first"
+        hindrance = super().hindrance(context)
+        return "" if hindrance == LEAVE_EDIT_MODE and context.edit_object == owner.refmesh.centers else hindrance
+
+
+@contextmanager
+def object_mode(context) -> Iterator[None]:
+    """Object mode inside the block, in which selections and colours can be read and written; the mode is as before afterwards."""
+    editing = context.mode != "OBJECT"
+    if editing:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        if editing:
+            bpy.ops.object.mode_set(mode="EDIT")
 
 
 def running_job(context) -> bpy.types.Operator | None:

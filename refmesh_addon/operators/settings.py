@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..core.settings import PRESETS, Settings, flat_fields
+from ..core.settings import EDITS, PRESETS, Settings, flat_fields
 from ..properties import RefMeshSettings, plain_value, sequence_object, title
 from .common import SequenceOperator
 
@@ -25,13 +25,18 @@ def chosen_settings(arguments: bpy.types.OperatorProperties, panel: RefMeshSetti
 
     Raises RefMeshError, naming the setting, for a value out of range.
     """
-    base = PRESETS[arguments.preset] if arguments.is_property_set("preset") else panel.to_flat()
+    base = with_preset(panel, arguments.preset) if arguments.is_property_set("preset") else panel.to_flat()
     passed = {setting.name: plain_value(arguments, setting.name) for setting in flat_fields() if arguments.is_property_set(setting.name)}
     return Settings.from_flat({**base, **passed})
 
 
+def with_preset(panel: RefMeshSettings, preset: str) -> dict[str, object]:
+    """All settings of a preset, with what a person noted about this very sequence."""
+    return Settings.from_flat(PRESETS[preset]).to_flat() | {name: plain_value(panel, name) for name in EDITS}
+
+
 class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
-    """Set all settings of the sequence to a preset"""
+    """Set all settings of the sequence to a preset; where groups begin and which bodies are marked stays"""
 
     bl_idname = "refmesh.apply_preset"
     bl_label = "Apply Preset"
@@ -44,7 +49,8 @@ class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
         return PRESET_WORDS[properties.preset]
 
     def execute(self, context):
-        sequence_object(context).refmesh.settings.assign(Settings.from_flat(PRESETS[self.preset]).to_flat())
+        settings = sequence_object(context).refmesh.settings
+        settings.assign(with_preset(settings, self.preset))
         return {"FINISHED"}
 
 

@@ -2,12 +2,11 @@
 
 import bpy
 
-from ..core.check import RefMeshError
 from ..properties import sequence_object
-from .common import SequenceOperator, reporting
+from .common import CentersOperator, SequenceOperator, object_mode, reporting
 
 
-class REFMESH_OT_show_trails(SequenceOperator, bpy.types.Operator):
+class REFMESH_OT_show_trails(CentersOperator, bpy.types.Operator):
     """Show as curves where the centers go that are selected in edit mode; an even choice of all where none is selected"""
 
     bl_idname = "refmesh.show_trails"
@@ -20,9 +19,8 @@ class REFMESH_OT_show_trails(SequenceOperator, bpy.types.Operator):
         from ..bridge.trails import show_trails
 
         owner = sequence_object(context)
-        if owner.refmesh.centers is None:
-            raise RefMeshError("there are no centers yet; run the Track step first")
-        count = show_trails(owner, center_radius(owner))
+        with object_mode(context):
+            count = show_trails(owner, center_radius(owner))
         self.report({"INFO"}, f"{count} trails")
         return {"FINISHED"}
 

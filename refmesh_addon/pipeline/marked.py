@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..core.apart import marked_bodies, marked_centers
+from ..core.apart import bodies_by_marks
 from ..core.check import RefMeshError
 from ..core.geometry import vertex_components
 from ..core.marks import Marks, parse_marks
@@ -39,13 +39,11 @@ def bodies_apart(context: Context, tracked: Tracked) -> np.ndarray | None:
         return None
     if context.settings.reference.mapping == "rbf":
         context.warn("--mapping rbf cannot tear, so marked bodies stay together: choose --mapping affinity")
-    index = context.numbers.index(marks.frame)
-    spacing = tracked.part_of(index).spacing
+    spacing = tracked.part_of(context.numbers.index(marks.frame)).spacing
     try:
-        seeds = marked_centers(tracked.positions[index], spacing, marks.bodies)
+        return bodies_by_marks(tracked.positions, context.numbers, spacing, marks)
     except ValueError as error:
         raise RefMeshError(f"--apart, frame {marks.frame}: {error}; mark the bodies again") from error
-    return marked_bodies(tracked.positions, spacing, seeds)
 
 
 def joined_bodies(mesh: TriangleMesh, centers: np.ndarray, bodies: np.ndarray) -> list[int]:

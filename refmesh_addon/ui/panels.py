@@ -7,6 +7,7 @@ import bpy
 from ..bridge.status import first_to_run, step_status
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
+from .bodies_panel import REFMESH_PT_bodies
 from .layout import RefMeshPanel, SequencePanel, draw_wrapped, seconds_in_words
 from .preferences import draw_missing
 from .sequence_panel import CLASSES as SEQUENCE_CLASSES
@@ -126,6 +127,10 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
     stage = "reference"
     operators = ("refmesh.extract_reference",)
 
+    @classmethod
+    def shown_settings(cls):
+        return [name for name in super().shown_settings() if name != "apart"]  # which has a panel of its own below
+
     def draw(self, context):
         super().draw(context)
         if len(sequence_object(context).refmesh.groups):
@@ -183,6 +188,7 @@ CLASSES = (
     REFMESH_PT_track,
     REFMESH_PT_centers,
     REFMESH_PT_reference,
+    REFMESH_PT_bodies,
     REFMESH_PT_deform,
     REFMESH_PT_export,
 )

@@ -1,0 +1,68 @@
+"""Two bodies that touch all the time, marked by a person to be apart in the reference mesh."""
+
+import bpy
+from bpy.props import IntProperty
+
+from ..core.check import RefMeshError
+from ..core.marks import parse_marks
+from ..properties import sequence_object
+from .common import CentersOperator, object_mode, reporting
+
+NUMBER = {"name": "Body", "min": 0, "options": {"SKIP_SAVE"}}
+
+
+class REFMESH_OT_mark_body(CentersOperator, bpy.types.Operator):
+    """Some centers of one body that touches another all the time, selected in edit mode, mark it: the two are then apart in the \
+reference mesh"""
+
+    bl_idname = "refmesh.mark_body"
+    bl_label = "Mark Body"
+    bl_options = {"UNDO"}
+
+    body: IntProperty(description="Marked body that the selected centers are added to; 0 marks another one", **NUMBER)
+
+    @classmethod
+    def description(cls, context, properties):
+        return f"Add the selected centers to body {properties.body}" if properties.body else cls.__doc__
+
+    @reporting
+    def execute(self, context):
+        from ..bridge.bodies import mark_body
+
+        owner = sequence_object(context)
+        _check_number(owner, self.body)
+        with object_mode(context):
+            count = mark_body(owner, self.body - 1 if self.body else None, context.scene.frame_current)
+        self.report({"INFO"}, "mark another body now" if count == 1 else f"{count} bodies are marked; run Reference to have them apart")
+        return {"FINISHED"}
+
+
+class REFMESH_OT_forget_body(CentersOperator, bpy.types.Operator):
+    """Remove the marks of a body"""
+
+    bl_idname = "refmesh.forget_body"
+    bl_label = "Forget Body"
+    bl_options = {"UNDO"}
+
+    body: IntProperty(description="Marked body to forget, from 1 on", **NUMBER)
+
+    @reporting
+    def execute(self, context):
+        from ..bridge.bodies import forget_body
+
+        owner = sequence_object(context)
+        _check_number(owner, self.body or -1)
+        with object_mode(context):
+            forget_body(owner, self.body - 1)
+        return {"FINISHED"}
+
+
+def _check_number(owner: bpy.types.Object, body: int) -> None:
+    """Raises RefMeshError for a body that is not marked; 0 is none and passes."""
+    marks = parse_marks(owner.refmesh.settings.apart)
+    there = len(marks.bodies) if marks else 0
+    if not 0 <= body <= there:
+        raise RefMeshError(f"there is no such marked body; {there or 'none'} marked so far")
+
+
+CLASSES = (REFMESH_OT_mark_body, REFMESH_OT_forget_body)
