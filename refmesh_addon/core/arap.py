@@ -144,9 +144,9 @@ class ArapSystem:
         self.hold = np.maximum(HOLD * ~self._reached(), keep)
         self.free = np.setdiff1d(np.arange(len(solver.components)), fixed)
         matrix = (2.0 * solver.laplacian + self.pull @ rows + sparse.diags(self.hold)).tocsr()[self.free]
-        self.coupling = matrix[:, fixed]
+        self.coupling, self.matrix = matrix[:, fixed], matrix[:, self.free].tocsc()
         # Symmetric positive definite: no pivoting is needed, and the ordering for A + A^T fills in least.
-        self.factor = splu(matrix[:, self.free].tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        self.factor = splu(self.matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def solve(self, targets: np.ndarray, start: np.ndarray, iterations: int, settled: float = 0.0, **options) -> Deformation:
         """Local and global steps in turn, `iterations` of each after a first local step.
@@ -209,16 +209,36 @@ class _State:
         return self._energy(covariance)
 
     def move(self) -> None:
-        """Global step: the positions that minimise the energy for these rotations; with planes, a descent towards them.
-
-        The distance to a plane is never more than that to a point of it, and equal for the point below the present position:
-        minimising with those points as targets lowers the energy with the same factorisation as for points.
-        """
+        """Global step: the positions that minimise the energy for these rotations; with planes, on the way to them."""
         free = self.system.free
         steady = (self.gather @ self.transposed.reshape(-1, 3))[free] + self.steady
-        for _ in range(1 if self.normals is None else self.slides):
-            aims = self.targets + self._offsets()[1]
-            self.positions[free] = self.system.factor.solve(steady + (self.system.pull @ aims)[free])
+        if self.normals is None:
+            self.positions[free] = self.system.factor.solve(steady + (self.system.pull @ self.targets)[free])
+        else:
+            self._slide(steady)
+
+    def _slide(self, steady: np.ndarray) -> None:
+        """Conjugate gradients for planes; what they are asked beyond points is the same factorisation, as the preconditioner.
+
+        The distance to a plane is never more than that to a point of it, so the system for points bounds that for planes.
+        """
+        system, free = self.system, self.system.free
+        ahead = (system.pull @ (self.targets + self._offsets()[1]))[free]
+        rest = steady + ahead - system.matrix @ self.positions[free]
+        step = way = system.factor.solve(rest)
+        size, moves = np.vdot(rest, step), np.zeros_like(self.positions)
+        for _ in range(self.slides):
+            if not size > 0:
+                break
+            moves[free] = way
+            along = system.rows @ moves
+            pulled = system.matrix @ way - (system.pull @ (along - self.normals * _dot(self.normals, along)[:, None]))[free]
+            share = size / np.vdot(way, pulled)
+            self.positions[free] += share * way
+            rest = rest - share * pulled
+            step = system.factor.solve(rest)
+            before, size = size, np.vdot(rest, step)
+            way = step + (size / before) * way
 
     def _offsets(self) -> tuple[np.ndarray, np.ndarray]:
         """(K, 3) of each constrained point from its target: the part that counts, and the part that is free."""

@@ -7,8 +7,9 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .arap import ArapSolver
+from .closest_point import SurfaceIndex
 from .cotangent import triangle_adjacency
-from .geometry import area_vectors, mean_edge_length
+from .geometry import area_vectors, mean_edge_length, triangle_normals
 from .types import TriangleMesh
 
 REACH = 4  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
@@ -19,19 +20,27 @@ STRIDES, STRIDE = 5, 0.5  # steps of vertices that cannot go all the way, and th
 
 
 class Facing:
-    """Which way each triangle should face: where its vertices' rotations turn it.
+    """Which way each triangle should face: where its vertices' rotations turn it, or as the source does where it lies.
 
     rest : the shape before.  rotations : (R, 3, 3) how the surroundings of each vertex turned (column vectors).
+    source : cloth may curl farther than all that is near turns; without a source that counts as folded.
     """
 
-    def __init__(self, rest: TriangleMesh, rotations: np.ndarray):
-        self._triangles = rest.triangles
+    def __init__(self, rest: TriangleMesh, rotations: np.ndarray, source: SurfaceIndex | None = None):
+        self._triangles, self._source = rest.triangles, source
         flat = rotations.reshape(-1, 9)
         mixed = sum(flat.take(corner, axis=0) for corner in rest.triangles.T).reshape(-1, 3, 3)
         self._directions = np.einsum("tij,tj->ti", mixed, area_vectors(rest))
 
     def folded(self, vertices: np.ndarray, among: np.ndarray | slice = slice(None)) -> np.ndarray:
         """(S,) bool, whether a triangle points away from where it should.  among : only these triangles."""
+        result = self.turned_over(vertices, among)
+        if self._source is not None and result.any():
+            result[result] = ~facing_alike(TriangleMesh(vertices, self._triangles[among][result]), self._source)
+        return result
+
+    def turned_over(self, vertices: np.ndarray, among: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """The same, whatever the source does."""
         normals = area_vectors(TriangleMesh(vertices, self._triangles[among]))
         return np.einsum("ti,ti->t", self._directions[among], normals) < 0
 
@@ -41,19 +50,27 @@ class Facing:
         return np.unique(self._triangles[near[self.folded(vertices, near)]])
 
 
+def facing_alike(mesh: TriangleMesh, source: SurfaceIndex) -> np.ndarray:
+    """(T,) bool, whether a triangle faces as the source does at the place nearest to its centre."""
+    nearest = source.query(mesh.vertices[mesh.triangles].mean(axis=1)).triangles
+    return np.einsum("ti,ti->t", area_vectors(mesh), triangle_normals(source.mesh)[nearest]) > 0
+
+
 def folded_triangles(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
     """(S,) bool, whether a triangle of the mesh points away from where its vertices' rotations turn it; rest, rotations : as above."""
     return Facing(rest, rotations).folded(mesh.vertices)
 
 
-def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+def unfolded(
+    solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, rotations: np.ndarray, source: SurfaceIndex | None = None
+) -> np.ndarray:
     """(R, 3) vertices of which those around folds are placed anew, as rigidly as possible, and all others stay.
 
     vertices : (R, 3) the solver's mesh, deformed.  shape : (R, 3) the same without folds; what rigid refers to.
-    rotations : as for `Facing`, from the solver's mesh. Each attempt lets go of one more ring around the folds that
+    rotations, source : as for `Facing`, from the solver's mesh. Each attempt lets go of one more ring around the folds that
     are left. Where this would take a vertex beyond the LEASH, the folds there stay. At the end all go back as far as they can.
     """
-    fitted, facing = vertices, Facing(solver.mesh, rotations)
+    fitted, facing = vertices, Facing(solver.mesh, rotations, source)
     mesh, leash = solver.mesh, LEASH * mean_edge_length(solver.mesh.moved(shape))
     for attempt in range(REACH):
         folded = facing.folded(vertices)

@@ -17,7 +17,7 @@ from scipy import sparse
 from .arap import ArapSolver, Deformation
 from .closest_point import SurfaceIndex
 from .correspondence import Compatible, Correspondence, Limits, Pairs
-from .folds import folded_triangles
+from .folds import Facing
 from .geometry import triangle_areas
 from .progress import Progress, ignore
 from .settings import DeformationSettings
@@ -31,7 +31,7 @@ COSINE = (0.3, 0.5)  # least agreement of the two normals: 73 and 60 degrees
 # The first half of the rounds asks every ninth point and pulls to points: the surface is still rough, and the result
 # measures the same. The second half asks every third, the last round all of them, and both pull to planes, so that vertices
 # reach edges and creases beside them.
-EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 10
+EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 5
 
 # A vertex at a triangle that folded over keeps this share of its pull and gains the rest back by doubling, round by round.
 FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
@@ -80,7 +80,7 @@ def fit_surface(
         options = {"rest": rest.vertices, "rotations": rotations}
         deformation, touched = _solve(solver, pairs, pull * trust, mesh, options if early else {**options, "slides": SLIDES})
         mesh, rotations = mesh.moved(deformation.vertices), deformation.rotations
-        trust = np.where(_folded(mesh, rest, rotations), FOLD_TRUST * trust, np.minimum(TRUST_GROWTH * trust, 1.0))
+        trust = np.where(_folded(mesh, Facing(rest, rotations, source)), FOLD_TRUST * trust, np.minimum(TRUST_GROWTH * trust, 1.0))
         progress((number + 1) / settings.fit_rounds)
     return FitResult(mesh.vertices, residuals, ~touched)
 
@@ -104,10 +104,10 @@ def _solve(
     return deformation, touched
 
 
-def _folded(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:
-    """(R,) bool, whether a triangle at the vertex points away from where its vertices' rotations turned it."""
+def _folded(mesh: TriangleMesh, facing: Facing) -> np.ndarray:
+    """(R,) bool, whether a triangle at the vertex is folded."""
     result = np.zeros(len(mesh.vertices), dtype=bool)
-    result[mesh.triangles[folded_triangles(mesh, rest, rotations)]] = True
+    result[mesh.triangles[facing.folded(mesh.vertices)]] = True
     return result
 
 

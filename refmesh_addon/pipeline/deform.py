@@ -22,7 +22,7 @@ from .deforming import GroupShape, deform_reference
 from .refer import Group
 from .tracked import Tracked
 
-DEFORMATION_SCHEMA = 3
+DEFORMATION_SCHEMA = 4
 FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
 
 
@@ -83,7 +83,7 @@ def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, Trian
     output_folder(context.output / "deformed")
     for frame, facing in zip(group.frames, facings, strict=False):
         entry = entries[frame]
-        flipped = facing.folded(meshes[frame].vertices)
+        flipped = facing.folded(meshes[frame].vertices) & ~entry["curled"]
         report = _reported(context, group, frame, (flipped, entry["held"], entry["hidden"]))
         write_ply(context.output / report.deformed, meshes[frame], velocities=velocities[frame])
     return meshes, velocities

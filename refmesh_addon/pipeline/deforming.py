@@ -11,7 +11,7 @@ from ..core.arap import ArapSolver
 from ..core.closest_point import SurfaceIndex
 from ..core.contact import behind_contact
 from ..core.correspondence import Compatible
-from ..core.folds import unfolded
+from ..core.folds import Facing, facing_alike, unfolded
 from ..core.geometry import mean_edge_length
 from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
@@ -55,8 +55,9 @@ class ReferenceDeformer:
 
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
         Returns `vertices` (R, 3); `keypoints` (K,) and `keypoint_targets` (K, 3), the matched ones; `held` (R,), which
-        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `turns` (R, 3), how the centers turn the surroundings
-        of the vertices, as axes times angles in radians.
+        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `curled` (S,), which triangles face against their
+        surroundings as the source does there; `turns` (R, 3), how the centers turn the surroundings of the vertices, as axes times
+        angles in radians.
         """
         carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
         source = FrameMap(mesh, centers, self._group.affinity, self._group.spacing)
@@ -67,13 +68,15 @@ class ReferenceDeformer:
         owners = carrier.binding.owners
         compatible = self._compatible(owners, source.binding.owners[mesh.triangles[:, 0]])
         fitted = fit_surface(self._solver, posed, index, self._settings, compatible)
-        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns))
+        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns, index))
+        turned_over = Facing(self._mesh, turns).turned_over(deformed.vertices)
         return {
             "vertices": deformed.vertices,
             "keypoints": handles,
             "keypoint_targets": goals,
             "held": fitted.held,
             "hidden": behind_contact(deformed, owners, centers, self._akin, index, self._group.spacing),
+            "curled": turned_over & facing_alike(deformed, index),
             "turns": Rotation.from_matrix(turns).as_rotvec(),
         }
 

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.arap import ArapSolver
+from refmesh_addon.core.closest_point import SurfaceIndex
 from refmesh_addon.core.folds import Facing, approached, folded_triangles, unfolded
 from refmesh_addon.core.geometry import mean_edge_length, triangle_normals
 from tests.core.bending_bar import bar, bent
@@ -31,6 +32,17 @@ def test_a_triangle_that_faces_the_wrong_way_is_found():
     expected = np.einsum("ij,ij->i", triangle_normals(moved), triangle_normals(REFERENCE)) < 0
     assert 2 <= expected.sum() < 20
     assert_array_equal(folded_triangles(moved, REFERENCE, UNTURNED), expected)
+
+
+def test_what_curls_as_the_source_does_is_not_folded():
+    moved = with_folds(REFERENCE.vertices, [100, 300])
+    crumpled = SurfaceIndex(REFERENCE.moved(moved))
+    facing = Facing(REFERENCE, UNTURNED, crumpled)
+    assert facing.turned_over(moved).any()
+    assert not facing.folded(moved).any()
+    assert unfolded(SOLVER, moved, REFERENCE.vertices, UNTURNED, crumpled) is moved
+    smooth = Facing(REFERENCE, UNTURNED, SurfaceIndex(REFERENCE))
+    assert_array_equal(smooth.folded(moved), smooth.turned_over(moved))
 
 
 def test_folds_are_turned_back_and_all_else_stays():
