@@ -112,7 +112,7 @@ class ArapSolver:
         triangles = self.mesh.triangles[chosen[self.mesh.triangles].any(axis=1)]
         kept, compact = np.unique(triangles, return_inverse=True)
         mesh = TriangleMesh(self.mesh.vertices[kept], compact.reshape(-1, 3))
-        return kept, ArapSolver(mesh, self.smoothness * self.area / max(float(triangle_areas(mesh).sum()), TINY))
+        return kept, ArapSolver(mesh, self.smoothness * self.area / max(float(triangle_areas(mesh).sum()), float(TINY)))
 
     def rest_operators(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:
         """`spokes` of a rest shape (R, 3), its transpose, and the sum of w_ij |p_i - p_j|^2; the last shape's are kept."""
