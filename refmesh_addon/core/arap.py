@@ -215,9 +215,9 @@ class _State:
         if self.normals is None:
             self.positions[free] = self.system.factor.solve(steady + (self.system.pull @ self.targets)[free])
         else:
-            self._slide(steady)
+            self._slide(steady, self.normals)
 
-    def _slide(self, steady: np.ndarray) -> None:
+    def _slide(self, steady: np.ndarray, normals: np.ndarray) -> None:
         """Conjugate gradients for planes; what they are asked beyond points is the same factorisation, as the preconditioner.
 
         The distance to a plane is never more than that to a point of it, so the system for points bounds that for planes.
@@ -232,7 +232,7 @@ class _State:
                 break
             moves[free] = way
             along = system.rows @ moves
-            pulled = system.matrix @ way - (system.pull @ (along - self.normals * _dot(self.normals, along)[:, None]))[free]
+            pulled = system.matrix @ way - (system.pull @ (along - normals * _dot(normals, along)[:, None]))[free]
             share = size / np.vdot(way, pulled)
             self.positions[free] += share * way
             rest = rest - share * pulled
