@@ -19,12 +19,12 @@ LEAST_BODY = 20  # centers; fewer are no body but centers astray, which stay wit
 MOST_ROUNDS = 50  # of pushing pairs of bodies, which may push a third
 
 
-def bodies_of(positions: np.ndarray, affinity: sparse.spmatrix) -> np.ndarray:
+def bodies_of(positions: np.ndarray, affinity: sparse.spmatrix, joined: float = JOINED) -> np.ndarray:
     """(C,) number of the body of each center: components of the affinity graph, small ones counted with what is nearest.
 
-    positions : (C, 3).  affinity : (C, C) symmetric weights.
+    positions : (C, 3).  affinity : (C, C) symmetric weights.  joined : what joins two centers is more than this.
     """
-    _, label = connected_components(affinity > JOINED, directed=False)
+    _, label = connected_components(affinity > joined, directed=False)
     large = np.bincount(label)[label] >= LEAST_BODY
     if not large.any():
         return np.zeros(len(label), dtype=int)

@@ -55,7 +55,8 @@ def place_centers(
     affinity = within_bodies(within_bodies(group_affinity(positions, found.anchor, tracked, spacing).weights(), known), bodies)
     placed = found.positions
     if settings.mapping == "affinity":  # the spline knows no bodies: set apart, they would smear further
-        placed = set_apart(placed, bodies_of(placed, affinity), spacing)
+        # Within a group any affinity joins: a limb that bends sharply against the anchor frame is no body of its own.
+        placed = set_apart(placed, bodies_of(placed, affinity, joined=0.0), spacing)
     return GroupCenters(placed, affinity, spacing, found.anchor, found.stress)
 
 

@@ -27,7 +27,7 @@ def test_a_ball_that_has_fallen_on_a_box(tmp_path):
     assert touching, "the frames show one closed surface while the bodies touch"
     found = shapes(take.part(touching))
     assert set(found) == {"ball", "box"}, "the ball is squashed, so how round it is says nothing"
-    assert found["box"]["p99"] < 1.0
+    assert found["box"]["p99"] < 2.0, "where the ball lies, no frame shows the box"
 
 
 @pytest.mark.parametrize("frames", ["16-20", "24-28"])
