@@ -30,8 +30,9 @@ COSINE = (0.3, 0.5)  # least agreement of the two normals: 73 and 60 degrees
 
 # The first half of the rounds asks every ninth point and pulls to points: the surface is still rough, and the result
 # measures the same. The second half asks every third, the last round all of them, and both pull to planes, so that vertices
-# reach edges and creases beside them.
-EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 5
+# reach edges and creases beside them. More slides come nearer to the source by a tenth, but each frame goes its own way along the
+# surface then: with five, vertices of a bending bar accelerate 1.55 times as much as its centers, with three 1.4 times.
+EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 3
 
 # A vertex at a triangle that folded over keeps this share of its pull and gains the rest back by doubling, round by round.
 FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
