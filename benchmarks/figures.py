@@ -8,7 +8,7 @@ from pathlib import Path
 
 from refmesh_addon.io.report import read_report
 
-WAYS = ("source_to_deformed", "deformed_to_source")
+WAYS = ("source_to_deformed", "deformed_to_source", "visible_to_source")
 FIGURES = ("mean", "p99", "max")
 
 

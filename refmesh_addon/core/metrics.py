@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from .closest_point import SurfaceIndex
 from .geometry import sample_surface, triangle_normals
 from .types import TriangleMesh
+from .visibility import unseen
 
 PSNR_CEILING = 999.99  # dB, stands for "no difference": JSON has no infinity
 
@@ -26,10 +27,16 @@ class Distance:
 
 @dataclass(frozen=True)
 class TwoSidedDistance:
-    """Distances both ways and PSNR in dB, the worse of the two directions each."""
+    """Distances both ways and PSNR in dB, the worse of the two directions each.
+
+    visible_to_source : from the deformed surface where the source has a surface: outside contacts and holes.
+    unseen : share of the deformed surface where it has none.
+    """
 
     source_to_deformed: Distance
     deformed_to_source: Distance
+    visible_to_source: Distance
+    unseen: float
     d1_psnr: float
     d2_psnr: float
 
@@ -42,21 +49,25 @@ def surface_distance(source: TriangleMesh, deformed: TriangleMesh, samples: int,
     Raises ValueError for a mesh without area.
     """
     clouds = [_Cloud(mesh, *sample_surface(mesh, samples, rng)) for mesh in (source, deformed)]
-    there, back = (_distance(SurfaceIndex(mesh), cloud, source.diagonal) for mesh, cloud in zip((deformed, source), clouds))
+    surfaces = [SurfaceIndex(mesh) for mesh in (source, deformed)]
+    there, back = surfaces[1].query(clouds[0].points), surfaces[0].query(clouds[1].points)
+    hidden = unseen(surfaces[1], surfaces[0], (clouds[1].points, clouds[1].triangles), back)
     d1, d2 = _psnr_both(clouds[0], clouds[1], source.diagonal)
-    return TwoSidedDistance(there, back, d1, d2)
+    ways = (there.distances, back.distances, back.distances[~hidden])
+    return TwoSidedDistance(*(_distance(way / source.diagonal) for way in ways), float(hidden.mean()), d1, d2)
 
 
 class _Cloud:
-    """Sampled points (N, 3) with the (N, 3) unit normals of their triangles."""
+    """Sampled points (N, 3) on (N,) triangles, with their (N, 3) unit normals."""
 
     def __init__(self, mesh: TriangleMesh, points: np.ndarray, triangles: np.ndarray):
-        self.points, self.normals = points, triangle_normals(mesh)[triangles]
+        self.points, self.triangles, self.normals = points, triangles, triangle_normals(mesh)[triangles]
 
 
-def _distance(index: SurfaceIndex, cloud: _Cloud, diagonal: float) -> Distance:
-    share = index.query(cloud.points).distances / diagonal
-    return Distance(float(share.mean()), float(np.sqrt((share**2).mean())), float(np.percentile(share, 99)), float(share.max()))
+def _distance(shares: np.ndarray) -> Distance:
+    """Of distances as shares of the diagonal; of none, all figures are 0."""
+    shares = shares if len(shares) else np.zeros(1)
+    return Distance(float(shares.mean()), float(np.sqrt((shares**2).mean())), float(np.percentile(shares, 99)), float(shares.max()))
 
 
 def _psnr_both(first: _Cloud, second: _Cloud, peak: float) -> tuple[float, float]:

@@ -64,8 +64,9 @@ class GroupReport:
 class FrameReport:
     """One deformed frame; the distances are None until it is evaluated.
 
-    deformed : path relative to the output folder.  flipped : share of triangles that face the wrong way.  held : share of
-    vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
+    deformed : path relative to the output folder.  flipped : share of triangles that face against their surroundings and against
+    the source.  held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
+    visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : decibel, infinite where the surfaces are equal.
     """
 
@@ -77,6 +78,8 @@ class FrameReport:
     hidden: float = 0.0
     source_to_deformed: Distances | None = None
     deformed_to_source: Distances | None = None
+    visible_to_source: Distances | None = None
+    unseen: float | None = None
     d1_psnr: float | None = None
     d2_psnr: float | None = None
 

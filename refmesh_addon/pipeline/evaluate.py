@@ -15,8 +15,9 @@ from .context import Context
 from .deform import Deformed
 from .stages import measure
 
-EVALUATION_SCHEMA = 1
+EVALUATION_SCHEMA = 2
 FIGURES = ("mean", "rms", "p99", "max")
+WAYS = ("source_to_deformed", "deformed_to_source", "visible_to_source")
 
 
 def evaluate(context: Context, deformed: Deformed) -> None:
@@ -64,16 +65,11 @@ def _entry(context: Context, frame: int) -> str:
 
 
 def _as_arrays(distance, errors: np.ndarray) -> dict[str, np.ndarray]:
-    there, back = (
-        np.array([getattr(side, name) for name in FIGURES]) for side in (distance.source_to_deformed, distance.deformed_to_source)
-    )
-    return {"there": there, "back": back, "psnr": np.array([distance.d1_psnr, distance.d2_psnr]), "errors": errors}
+    ways = {name: np.array([getattr(getattr(distance, name), figure) for figure in FIGURES]) for name in WAYS}
+    return ways | {"unseen": np.float64(distance.unseen), "psnr": np.array([distance.d1_psnr, distance.d2_psnr]), "errors": errors}
 
 
 def _figures(arrays: dict[str, np.ndarray]) -> dict[str, object]:
-    return {
-        "source_to_deformed": Distances(*arrays["there"].tolist()),
-        "deformed_to_source": Distances(*arrays["back"].tolist()),
-        "d1_psnr": float(arrays["psnr"][0]),
-        "d2_psnr": float(arrays["psnr"][1]),
-    }
+    ways = {name: Distances(*arrays[name].tolist()) for name in WAYS}
+    d1, d2 = arrays["psnr"].tolist()
+    return {**ways, "unseen": float(arrays["unseen"]), "d1_psnr": d1, "d2_psnr": d2}

@@ -1,0 +1,52 @@
+"""Where a closed surface lies on no captured one: in the contact of two bodies, which no camera sees, and over holes of the capture.
+
+Both are told from the two surfaces alone, and not from what the deformation did there: what it could have reached counts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .closest_point import ClosestPoints, SurfaceIndex
+from .geometry import merged, triangle_normals
+from .holes import capped
+
+FACING = -0.5  # greatest cosine between the normals of two surfaces that touch: 120 degrees
+BANDS = 2.0  # contacts are looked for in bands of depth, each so many times as deep as the one before ...
+SHALLOWEST = 1e-3  # ... from this share of the greatest depth on: a search is as wide as its band is deep
+
+
+def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarray, np.ndarray], found: ClosestPoints) -> np.ndarray:
+    """(N,) bool, whether a point of the deformed surface lies where the source has no surface.
+
+    samples : (N, 3) points on (N,) triangles of the deformed mesh.  found : their closest points on the source.
+    In a contact is a point inside the source to which another part of the deformed surface, facing the other way, is nearer than
+    the source; a limb is never that thin, as its own surface is there. Over a hole is a point that is nearest to what closes the hole.
+    """
+    return in_contact(deformed, source, samples, found) | over_hole(source, samples[0])
+
+
+def in_contact(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarray, np.ndarray], found: ClosestPoints) -> np.ndarray:
+    """(N,) bool, as in `unseen`."""
+    points, triangles = samples
+    normals, result = triangle_normals(deformed.mesh), np.zeros(len(points), dtype=bool)
+    outward = np.einsum("ni,ni->n", points - found.points, triangle_normals(source.mesh)[found.triangles])
+    depths = np.where(outward < 0, found.distances, 0.0)
+    least, greatest = 0.0, SHALLOWEST * depths.max(initial=0.0)
+    while (depths > least).any():
+        band = np.flatnonzero((depths > least) & (depths <= greatest))
+        own = normals[triangles[band]]
+        facing = lambda query, other, own=own: np.einsum("ni,ni->n", own[query], normals[other]) < FACING
+        near = deformed.query(points[band], greatest, facing)
+        result[band] = (near.triangles >= 0) & (near.distances < depths[band])
+        least, greatest = greatest, BANDS * greatest
+    return result
+
+
+def over_hole(source: SurfaceIndex, points: np.ndarray) -> np.ndarray:
+    """(N,) bool, whether the nearest point of the source with its holes closed is on what closes them."""
+    whole = merged(source.mesh)[0]
+    closed = capped(whole)
+    if closed is whole:
+        return np.zeros(len(points), dtype=bool)
+    return SurfaceIndex(closed).query(points).triangles >= len(whole.triangles)
