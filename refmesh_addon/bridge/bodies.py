@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from zipfile import BadZipFile
 
 import bpy
 import numpy as np
 
 from ..core.check import RefMeshError
 from ..core.marks import Marks, marks_as_text, parse_marks
-from ..io.files import read_npz
 from .center_colors import note_figures
 from .centers import deselect_centers, selected_centers
+from .results import read_centers
 from .sequence import frame_at
 
 
@@ -82,12 +81,8 @@ def _plain(function: Callable, *arguments):
 
 def _tracked(owner: bpy.types.Object) -> tuple[list[int], np.ndarray]:
     """Numbers of the tracked frames and (F, C, 3) centers in them."""
-    path = Path(bpy.path.abspath(owner.refmesh.output)) / "centers.npz"
-    try:
-        arrays = read_npz(path)
-        frames, positions = arrays["frames"].tolist(), arrays["positions"]
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
-        raise RefMeshError(f"{path}: cannot be read ({error}); run the Track step again") from error
-    if positions.shape[1] != len(owner.refmesh.centers.data.vertices):
-        raise RefMeshError(f"{path}: has other centers than the scene; press Load Results first")
-    return frames, positions
+    folder = Path(bpy.path.abspath(owner.refmesh.output))
+    centers = read_centers(folder)
+    if centers["positions"].shape[1] != len(owner.refmesh.centers.data.vertices):
+        raise RefMeshError(f"{folder}: has other centers than the scene; press Load Results first")
+    return centers["frames"].tolist(), centers["positions"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ..core.types import TriangleMesh
+from ..io.preview import PreviewMesh
 from .materials import DEFORMED_COLOR, REFERENCE_COLOR, plain_material
 from .meshes import fill_mesh
 from .objects import new_member, remove_object
@@ -24,7 +24,7 @@ def resize_groups(owner: bpy.types.Object, count: int) -> None:
         groups.add()
 
 
-def show_reference(owner: bpy.types.Object, index: int, mesh: TriangleMesh) -> None:
+def show_reference(owner: bpy.types.Object, index: int, mesh: PreviewMesh) -> None:
     """Makes or refreshes the reference object of one group."""
     group = owner.refmesh.groups[index]
     if group.reference is None:
@@ -32,7 +32,7 @@ def show_reference(owner: bpy.types.Object, index: int, mesh: TriangleMesh) -> N
     fill_mesh(group.reference.data, mesh)
 
 
-def show_deformed(owner: bpy.types.Object, index: int, mesh: TriangleMesh, cache: Path) -> None:
+def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache: Path) -> None:
     """Makes or refreshes the deformed object of one group, which plays the PC2 file `cache` on the reference mesh."""
     group = owner.refmesh.groups[index]
     if group.deformed is None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.check import RefMeshError
 from ..core.error_scale import to_linear
-from ..io.ply_vertices import read_colors
+from ..io.own_ply import read_colors
 from .groups import deformed_material
 from .materials import attribute_material
 from .meshes import COLOR_NAME, set_colors

@@ -12,12 +12,12 @@ import bpy
 import numpy as np
 
 from ..core.check import RefMeshError
-from ..core.marks import parse_marks
+from ..core.findings import FIGURES
 from ..core.settings import Settings, flat_fields
-from ..core.types import TriangleMesh
-from ..io.files import read_npz
+from ..io.files import CENTERS_NAME, read_npz
 from ..io.frame_range import as_choice, parse_ranges
-from ..io.meshes import read_mesh
+from ..io.own_ply import read_surface
+from ..io.preview import PreviewMesh
 from ..io.report import read_report
 from .centers import show_centers, spacing
 from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
@@ -44,17 +44,7 @@ class Results:
     positions: np.ndarray
     spacing: float
     figures: dict[str, np.ndarray]
-    meshes: list[TriangleMesh]
-
-
-def show_results(owner: bpy.types.Object, folder: Path) -> None:
-    """Makes or refreshes the objects of the sequence object `owner` from the results in `folder`.
-
-    Raises RefMeshError, naming the file, when results are missing, broken, or of another sequence; the scene is as
-    before then.
-    """
-    for part in parts(read_results(folder, known_frames(owner))):
-        part(owner)
+    meshes: list[PreviewMesh]
 
 
 def known_frames(owner: bpy.types.Object) -> dict[int, int]:
@@ -63,17 +53,23 @@ def known_frames(owner: bpy.types.Object) -> dict[int, int]:
 
 
 def read_results(folder: Path, known: dict[int, int]) -> Results:
-    """All that `parts` shows; touches nothing of Blender, so that a thread may do it. Raises as `show_results` does."""
+    """All that `parts` shows; touches nothing of Blender, so that a thread may do it.
+
+    known : number of each frame of the sequence -> scene frame. Raises RefMeshError, naming the file, when results are missing,
+    broken, or of another sequence.
+    """
     report = read_report(folder)
     strangers = [number for number in report["sequence"]["numbers"] if number not in known]
     if strangers:
         raise RefMeshError(
             f"{folder / 'report.json'}: has frame {strangers[0]}, which this sequence has not; choose the results of this sequence"
         )
-    positions = _read_positions(folder / "centers.npz")
+    centers = read_centers(folder)
+    positions = centers["positions"]
     check_cache(folder / report["centers_playback"], positions.shape[1])
     apart = report["tracking"].get("center_spacing") or spacing(positions[0])
-    return Results(folder, report, positions, apart, _figures(report, positions, apart), _read_references(folder, report["groups"]))
+    figures = {name: centers[name] for name in FIGURES if name in centers}
+    return Results(folder, report, positions, apart, figures, _read_references(folder, report["groups"]))
 
 
 def parts(results: Results) -> Iterator[Part]:
@@ -110,26 +106,20 @@ def _show_deformed(owner: bpy.types.Object, results: Results, index: int) -> Non
     show_deformed(owner, index, results.meshes[index], results.folder / results.report["groups"][index]["playback"])
 
 
-def _read_positions(path: Path) -> np.ndarray:
+def read_centers(folder: Path) -> dict[str, np.ndarray]:
+    """What tracking left in an output folder: `frames`, `positions` and the figures of the centers. Raises RefMeshError."""
+    path = folder / CENTERS_NAME
     try:
-        return read_npz(path)["positions"]
+        arrays = read_npz(path)
+        if "frames" not in arrays or arrays["positions"].ndim != 3:
+            raise ValueError("it holds no centers")
+        return arrays
     except (OSError, ValueError, KeyError, BadZipFile) as error:
         raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
 
 
-def _figures(report: dict, positions: np.ndarray, apart: float) -> dict[str, np.ndarray]:
-    from ..core.apart import bodies_by_marks  # late: scipy comes with it
-    from ..core.center_figures import center_figures
-
-    try:
-        marked = bodies_by_marks(positions, report["sequence"]["numbers"], apart, parse_marks(report["settings"].get("apart", "")))
-    except (ValueError, RefMeshError):
-        marked = None  # a run that got so far had no use for them
-    return center_figures(positions, apart, marked)
-
-
-def _read_references(folder: Path, groups: list[dict]) -> list[TriangleMesh]:
-    meshes = [read_mesh(folder / group["reference"]) for group in groups]
+def _read_references(folder: Path, groups: list[dict]) -> list[PreviewMesh]:
+    meshes = [PreviewMesh.of(read_surface(folder / group["reference"])) for group in groups]
     for group, mesh in zip(groups, meshes):
         if group.get("playback"):
             check_cache(folder / group["playback"], len(mesh.vertices))
@@ -138,6 +128,8 @@ def _read_references(folder: Path, groups: list[dict]) -> list[TriangleMesh]:
 
 def _note_state(owner: bpy.types.Object, results: Results) -> None:
     state, report = owner.refmesh, results.report
+    if Path(bpy.path.abspath(state.output)) != results.folder:
+        state.output = str(results.folder)
     state.side_step = SIDE_STEP * float(np.ptp(results.positions[..., 0]))
     arrange(owner)
     show_markers(owner, [group["frames"] for group in report["groups"]])

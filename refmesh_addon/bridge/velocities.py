@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ..core.check import RefMeshError
-from ..io.ply_vertices import read_velocities
+from ..io.own_ply import read_velocities
 from .sequence import frame_at
 
 ATTRIBUTE = "velocity"

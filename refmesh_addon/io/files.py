@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.check import RefMeshError
 
+CENTERS_NAME = "centers.npz"  # in the output folder: what tracking left
 PARTIAL_SUFFIX = ".partial"  # of a file that is still being written; what a killed run leaves is removed by the next
 
 

@@ -1,24 +1,21 @@
 """Jobs: the pipeline in a process of its own, with a window that stays alive or a bar on stderr."""
 
-import time
-from concurrent.futures import ThreadPoolExecutor
-
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..core.check import RefMeshError
 from ..properties import setting_properties
-from .common import SequenceOperator, absolute, reporting, sequence_object
-from .modal import POLL_INTERVAL, ModalOperator
+from .common import absolute, reporting, sequence_object
+from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
 from .settings import chosen_settings, preset_property
+from .showing import ShowingOperator
 
-SHOWING = 0.02  # seconds that showing results may hold the window at a time
 # Arguments hold for one call: without this, Blender would repeat the last ones when the button is pressed again.
 ONCE = {"options": {"SKIP_SAVE"}}
 
 
-class JobOperator(ModalOperator, SequenceOperator):
+class JobOperator(ShowingOperator):
     """Runs the pipeline up to the stage `until`, then shows what it wrote.
 
     In a window it is modal and Esc cancels; in background mode it returns when the job is done.
@@ -43,14 +40,14 @@ class JobOperator(ModalOperator, SequenceOperator):
 
         owner = sequence_object(context)
         spec = self._spec(owner.refmesh)
-        self._owner = owner.session_uid  # an undo while the job runs makes new Python objects of everything
-        self._worker, self._parts = WorkerProcess(spec), None
+        self.remember_sequence(owner)
+        self._worker = WorkerProcess(spec, gentle=not bpy.app.background)
         self._remember(owner.refmesh, spec)
         return self._wait() if bpy.app.background else self._start(context)
 
     def modal(self, context, event):
         if self._parts is not None:
-            return self._show_some(context) if event.type == "TIMER" else {"PASS_THROUGH"}
+            return self.show_some(context) if event.type == "TIMER" else {"PASS_THROUGH"}
         if event.type == "ESC" or self.cancel_wanted:
             self._worker.cancel()
         if event.type != "TIMER":
@@ -107,9 +104,7 @@ class JobOperator(ModalOperator, SequenceOperator):
                 self._worker.cancel()  # an interrupted script leaves no worker; one that has ended does not mind
         if not self._succeeded(event):
             return {"CANCELLED"}
-        for part in self.parts():
-            part(self._sequence())
-        return {"FINISHED"}
+        return self.show_all()
 
     @reporting
     def _after(self, context, event):
@@ -118,24 +113,7 @@ class JobOperator(ModalOperator, SequenceOperator):
             self.end_modal(context)
         if not self._succeeded(event):
             return {"CANCELLED"}
-        self._parts = self.parts()
-        self.show_status(context, "showing results")
-        return {"PASS_THROUGH"}
-
-    @reporting
-    def _show_some(self, context):
-        until = time.monotonic() + SHOWING
-        try:
-            for part in self._parts:
-                if part is not None:
-                    part(self._sequence())
-                if part is None or time.monotonic() > until:
-                    return {"PASS_THROUGH"}
-        except BaseException:
-            self.end_modal(context)
-            raise
-        self.end_modal(context)
-        return {"FINISHED"}
+        return self.start_showing(context)
 
     def _succeeded(self, event) -> bool:
         if event.kind == "failed":
@@ -143,21 +121,3 @@ class JobOperator(ModalOperator, SequenceOperator):
         if event.kind == "cancelled":
             self.report({"WARNING"}, "cancelled; what is finished is kept, and the same step goes on from there")
         return event.kind == "done"
-
-    def _sequence(self):
-        owner = next((candidate for candidate in bpy.data.objects if candidate.session_uid == self._owner), None)
-        if owner is None:
-            raise RefMeshError("the mesh sequence is gone from the scene; its results are in the output folder")
-        return owner
-
-    def parts(self):
-        """Pieces of work that show in the scene what the job wrote; each is called with the sequence object; None means wait."""
-        from ..bridge.results import known_frames, parts, read_results
-
-        owner = self._sequence()
-        with ThreadPoolExecutor(1) as thread:  # files are read while the window is drawn
-            reading = thread.submit(read_results, absolute(owner.refmesh.output), known_frames(owner))
-            while not bpy.app.background and not reading.done():
-                yield None
-            results = reading.result()
-        yield from parts(results)

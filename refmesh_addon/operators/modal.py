@@ -26,11 +26,11 @@ class ModalOperator:
         context.window_manager.event_timer_remove(self._timer)
         self.show_status(context, None)
 
-    def show_status(self, context, words):
+    def show_status(self, context, words, hint=" (Esc cancels)"):
         """In the status bar and, through `status`, in the panel; None gives the status bar back to Blender."""
         self.status = words or ""
         for window in context.window_manager.windows:
-            window.workspace.status_text_set(words and f"RefMesh: {words} (Esc cancels)")
+            window.workspace.status_text_set(words and f"RefMesh: {words}{hint}")
             for region in (region for area in window.screen.areas if area.type == "VIEW_3D" for region in area.regions):
                 if region.type == "UI":
                     region.tag_redraw()

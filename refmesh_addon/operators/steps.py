@@ -4,8 +4,10 @@ import bpy
 from bpy.props import StringProperty
 
 from ..properties import sequence_object
-from .common import SequenceOperator, absolute, reporting
+from .common import absolute, reporting
 from .job import JobOperator
+from .modal import POLL_INTERVAL
+from .showing import ShowingOperator
 
 
 class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
@@ -48,7 +50,7 @@ class REFMESH_OT_evaluate(JobOperator, bpy.types.Operator):
     until = "evaluation"
 
 
-class REFMESH_OT_load_results(SequenceOperator, bpy.types.Operator):
+class REFMESH_OT_load_results(ShowingOperator, bpy.types.Operator):
     """Show results that are in an output folder already, made by an earlier session or on another machine"""
 
     bl_idname = "refmesh.load_results"
@@ -61,13 +63,21 @@ class REFMESH_OT_load_results(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.results import show_results
+        self.remember_sequence(sequence_object(context))
+        if bpy.app.background:
+            return self.show_all()
+        self.start_modal(context, POLL_INTERVAL)
+        self.start_showing(context)
+        return {"RUNNING_MODAL"}
 
-        owner = sequence_object(context)
-        folder = absolute(self.output or owner.refmesh.output)
-        show_results(owner, folder)
-        owner.refmesh.output = str(folder)
-        return {"FINISHED"}
+    def modal(self, context, event):
+        return self.show_some(context) if event.type == "TIMER" else {"PASS_THROUGH"}
+
+    def cancel(self, context):
+        self.end_modal(context)
+
+    def results_folder(self):
+        return absolute(self.output) if self.output else super().results_folder()
 
 
 CLASSES = (

@@ -22,6 +22,7 @@ WORKER_MODULE = "refmesh_addon.pipeline.worker"
 # to draw and the key is noticed late. Ending it loses no more
 # than its own stop at the next progress step would: all its files are whole or absent at any time.
 CANCEL_GRACE = 0.3
+GENTLE = 10  # the priority, as `nice` counts, of a worker beside a window
 READ_GRACE = 2.0  # seconds in which what an ended worker left in its pipes is read
 LAST_WORDS = 5  # lines of stderr that a dead worker's message quotes
 _WAIT = 0.1  # seconds between two looks at a silent worker
@@ -30,10 +31,11 @@ _WAIT = 0.1  # seconds between two looks at a silent worker
 class WorkerProcess:
     """One job in a process of its own. Ask `poll` now and then, or go through `events`; the last event is final.
 
+    gentle : it lets other programs go first, such as a window that is to stay alive.
     Raises RefMeshError when there is no Python to start.
     """
 
-    def __init__(self, spec: JobSpec):
+    def __init__(self, spec: JobSpec, gentle: bool = False):
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._last_words: deque[str] = deque(maxlen=LAST_WORDS)
         self._cancelled_at: float | None = None
@@ -42,7 +44,7 @@ class WorkerProcess:
         self._delivered = False
         self._job_file = _write_job(spec)
         try:
-            self._process = _start(self._job_file)
+            self._process = _start(self._job_file, gentle)
         except BaseException:
             os.unlink(self._job_file)
             raise
@@ -141,10 +143,13 @@ def _write_job(spec: JobSpec) -> str:
     return path
 
 
-def _start(job_file: str) -> subprocess.Popen:
+def _start(job_file: str, gentle: bool) -> subprocess.Popen:
     # A session of its own, so that Ctrl-C in a terminal reaches the parent only, which then asks for an orderly end.
-    apart = {"creationflags": subprocess.CREATE_NO_WINDOW} if os.name == "nt" else {"start_new_session": True}
-    return subprocess.Popen(
+    if os.name == "nt":
+        apart = {"creationflags": subprocess.CREATE_NO_WINDOW | (subprocess.BELOW_NORMAL_PRIORITY_CLASS if gentle else 0)}
+    else:
+        apart = {"start_new_session": True}
+    process = subprocess.Popen(
         [*python_command(), "-m", WORKER_MODULE, job_file],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -152,6 +157,10 @@ def _start(job_file: str) -> subprocess.Popen:
         env=worker_environment(),
         **apart,
     )
+    if gentle and os.name != "nt":
+        with contextlib.suppress(OSError):  # it ended already
+            os.setpriority(os.PRIO_PROCESS, process.pid, max(GENTLE, os.getpriority(os.PRIO_PROCESS, 0)))  # what it starts, too
+    return process
 
 
 def _kill(process: subprocess.Popen) -> None:

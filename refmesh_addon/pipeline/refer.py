@@ -76,7 +76,7 @@ def refer(context: Context, tracked: Tracked) -> list[Group]:
         _write(context, groups[-1], aligned, int(made["self_intersections"]))
         _warn_of_joined(context, groups[-1], bodies)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
-    _write_centers(context, tracked, groups)
+    _write_centers(context, tracked, groups, bodies)
     return groups
 
 
@@ -203,9 +203,9 @@ def _warn_of_joined(context: Context, group: Group, bodies: np.ndarray | None) -
         context.warn(f"bodies {names} still hang together {where}: mark more of each, or take more centers")
 
 
-def _write_centers(context: Context, tracked: Tracked, groups: list[Group]) -> None:
+def _write_centers(context: Context, tracked: Tracked, groups: list[Group], bodies: np.ndarray | None) -> None:
     arrays = {}
     for group in groups:
         arrays[f"group_{group.index:03d}_reference_centers"] = group.centers.positions
         arrays[f"group_{group.index:03d}_center_indices"] = np.arange(len(group.centers.positions))
-    write_centers(context, tracked.positions, arrays)
+    write_centers(context, tracked, arrays, bodies)

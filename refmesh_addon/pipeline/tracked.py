@@ -8,10 +8,11 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from ..core.center_figures import center_figures
 from ..core.check import RefMeshError
 from ..core.tracking import TrackedFrame
 from ..core.volume import Volume
-from ..io.files import output_folder, write_npz
+from ..io.files import CENTERS_NAME, output_folder, write_npz
 from ..io.pc2 import write_pc2
 from ..io.sequence import held_frames
 from .cache import KEY_LENGTH, Arrays, digest
@@ -19,6 +20,7 @@ from .context import Context
 
 VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
 OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
+CENTER_FIGURES_SCHEMA = 1
 FIGURES = ("dfu", "lloyd_energy", "arap_energy", "steps")  # of each frame
 
 
@@ -94,13 +96,23 @@ def _warn(context: Context, entries: list[Arrays]) -> None:
 
 def write_tracked(context: Context, tracked: Tracked) -> None:
     """centers.npz and the playback of the centers."""
-    write_centers(context, tracked.positions, {})
+    write_centers(context, tracked, {})
     _write_playback(context, tracked.positions, digest(*(part.key for part in tracked.parts)))
 
 
-def write_centers(context: Context, positions: np.ndarray, reference_centers: dict[str, np.ndarray]) -> None:
-    """centers.npz, with the arrays of the groups where they are known."""
-    write_npz(context.output / "centers.npz", {"frames": np.array(context.numbers), "positions": positions, **reference_centers})
+def write_centers(
+    context: Context, tracked: Tracked, reference_centers: dict[str, np.ndarray], bodies: np.ndarray | None = None
+) -> None:
+    """centers.npz: positions, the figures by which a person looks at them, and the arrays of the groups where they are known.
+
+    bodies : (C,) that must be apart, or None.
+    """
+    spacing = context.report.tracking["center_spacing"]
+    entry, marked = ("tracking/figures", []) if bodies is None else ("reference/figures", bodies.tolist())
+    key = digest(CENTER_FIGURES_SCHEMA, [part.key for part in tracked.parts], marked)
+    figures = context.cache.load_or_make(entry, key, lambda: center_figures(tracked.positions, spacing, bodies))
+    centers = {"frames": np.array(context.numbers), "positions": tracked.positions}
+    write_npz(context.output / CENTERS_NAME, {**centers, **figures, **reference_centers})
 
 
 def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 import refmesh_addon
+from refmesh_addon.core.center_figures import center_figures
 from refmesh_addon.core.error_scale import error_colors
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.types import TriangleMesh
@@ -88,7 +89,8 @@ def write_results(out: Path, frames: Path) -> Path:
     points = np.random.default_rng(0).normal(size=(CENTERS, 3))
     timeline = [max(number for number in NUMBERS if number <= frame) for frame in range(NUMBERS[0], NUMBERS[-1] + 1)]
     write_pc2(out / report.centers_playback, [place(points, number) for number in timeline], CENTERS, len(timeline))
-    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": np.array([place(points, number) for number in NUMBERS])})
+    positions = np.array([place(points, number) for number in NUMBERS])
+    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions, **center_figures(positions, 0.5)})
     for index, numbers in enumerate(GROUPS):
         _write_group(out, report, index, numbers)
     report.write(out)

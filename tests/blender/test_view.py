@@ -11,7 +11,7 @@ from refmesh_addon.bridge.meshes import COLOR_NAME
 from refmesh_addon.core.error_scale import to_linear
 from refmesh_addon.core.findings import FIGURES
 from refmesh_addon.io.meshes import write_ply
-from refmesh_addon.io.ply_vertices import read_colors
+from refmesh_addon.io.own_ply import read_colors
 
 from .conftest import CENTERS, place, reference
 

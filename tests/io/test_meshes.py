@@ -9,7 +9,7 @@ from refmesh_addon.core.check import RefMeshError
 from refmesh_addon.core.geometry import is_watertight, merged, signed_volume, triangle_areas
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import parse_mesh, read_mesh, write_ply
-from refmesh_addon.io.ply_vertices import read_colors
+from refmesh_addon.io.own_ply import read_colors
 
 FORMATS = ["obj", "ply", "stl", "glb", "off"]
 QUAD_PLY = """ply

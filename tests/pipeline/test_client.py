@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.pipeline.client import WorkerProcess
+from refmesh_addon.pipeline.client import GENTLE, WorkerProcess
 from refmesh_addon.pipeline.environment import worker_environment
 from refmesh_addon.pipeline.job import JobSpec
 from refmesh_addon.pipeline.lock import output_lock
@@ -20,7 +20,7 @@ from .conftest import FRAMES, TINY
 ABANDON = """
 import os, sys
 from pathlib import Path
-from refmesh_addon.pipeline.client import WorkerProcess
+from refmesh_addon.pipeline.client import GENTLE, WorkerProcess
 from refmesh_addon.pipeline.job import JobSpec
 worker = WorkerProcess(JobSpec.from_json(Path(sys.argv[1]).read_text()))
 next(event for event in worker.events() if event.kind == "progress")
@@ -168,3 +168,13 @@ def test_a_bad_frame_is_named_and_nothing_is_half_written(two_balls, tmp_path, c
     assert "internal error" not in final.message
     assert "\n" not in final.message
     assert not list(output.rglob("*.partial"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="priorities are other things there")
+@pytest.mark.parametrize("gentle", [False, True])
+def test_a_gentle_worker_lets_others_go_first(two_balls, tmp_path, gentle):
+    worker = WorkerProcess(job(two_balls, tmp_path / "out"), gentle)
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    assert os.getpriority(os.PRIO_PROCESS, worker.pid) == (max(own, GENTLE) if gentle else own)
+    worker.cancel()
+    list(worker.events())

@@ -1,4 +1,4 @@
-"""Colours and velocities come back as they were written, whatever else a vertex carries."""
+"""What `write_ply` wrote comes back, whatever else a vertex carries."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.io.meshes import write_ply
-from refmesh_addon.io.ply_vertices import read_colors, read_velocities
+from refmesh_addon.io.meshes import read_mesh, write_ply
+from refmesh_addon.io.own_ply import read_colors, read_surface, read_velocities
 
 from ..core.shapes import ball
 
@@ -50,3 +50,23 @@ def test_what_has_no_colors_is_refused_in_words(tmp_path, damage, words):
     damage(tmp_path / "a.ply")
     with pytest.raises(RefMeshError, match=words):
         read_colors(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("colored, moving", [(False, False), (True, False), (True, True)])
+def test_surfaces_come_back_as_the_reader_of_all_formats_has_them(tmp_path, colored, moving):
+    mesh = ball(1)
+    write_ply(tmp_path / "a.ply", mesh, np.zeros((len(mesh.vertices), 4), np.uint8) if colored else None, mesh.vertices if moving else None)
+    found, expected = read_surface(tmp_path / "a.ply"), read_mesh(tmp_path / "a.ply")
+    np.testing.assert_array_equal(found.vertices, expected.vertices)
+    np.testing.assert_array_equal(found.triangles, expected.triangles)
+
+
+@pytest.mark.parametrize("size", [0, 10, 300, -1])
+def test_a_damaged_surface_is_refused_in_words(tmp_path, size):
+    write_ply(tmp_path / "a.ply", ball(1))
+    (tmp_path / "a.ply").write_bytes((tmp_path / "a.ply").read_bytes()[:size])
+    with pytest.raises(RefMeshError, match="is damaged or was not written by RefMesh"):
+        read_surface(tmp_path / "a.ply")
+    (tmp_path / "a.ply").unlink()
+    with pytest.raises(RefMeshError, match="cannot be read"):
+        read_surface(tmp_path / "a.ply")
