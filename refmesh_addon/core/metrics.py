@@ -54,7 +54,8 @@ def surface_distance(source: TriangleMesh, deformed: TriangleMesh, samples: int,
     hidden = unseen(surfaces[1], surfaces[0], (clouds[1].points, clouds[1].triangles), back)
     d1, d2 = _psnr_both(clouds[0], clouds[1], source.diagonal)
     ways = (there.distances, back.distances, back.distances[~hidden])
-    return TwoSidedDistance(*(_distance(way / source.diagonal) for way in ways), float(hidden.mean()), d1, d2)
+    outward, inward, visible = (_distance(way / source.diagonal) for way in ways)
+    return TwoSidedDistance(outward, inward, visible, float(hidden.mean()), d1, d2)
 
 
 class _Cloud:
