@@ -157,10 +157,11 @@ class ArapSystem:
         `rotations` (R, 3, 3) that the start has from an earlier solution: the first local step is left out then.
         """
         state = _State(self, targets, np.asarray(start, dtype=np.float64), **options)
-        energies = [state.turn()] if state.transposed is None else []
+        energies = [] if "rotations" in options else [state.energy()]
         for _ in range(iterations):
             state.move()
-            energies.append(state.turn())
+            state.turn()
+            energies.append(state.energy())
             if len(energies) > 1 and energies[-2] - energies[-1] <= settled * energies[-2]:
                 break
         return Deformation(state.positions + state.origin, state.rotations(), np.array(energies))
@@ -196,17 +197,17 @@ class _State:
         self.targets, self.normals, self.slides = targets - self.origin, normals, slides
         self.spokes, self.gather, self.rest_size = self.solver.rest_operators(rest)
         self.positions = self.start.copy()
+        # (R, 9): every rotation's transpose, row-major
+        self.transposed: Any = None if rotations is None else rotations.transpose(0, 2, 1).reshape(-1, 9)
+        if rotations is None:
+            self.turn()  # before the hard handles jump, which turns nothing by itself
         if fixed_targets is not None:
             self.positions[system.fixed] = fixed_targets - self.origin
         self.steady = system.hold[system.free, None] * self.start[system.free] - system.coupling @ self.positions[system.fixed]
-        # (R, 9): every rotation's transpose, row-major
-        self.transposed: Any = None if rotations is None else rotations.transpose(0, 2, 1).reshape(-1, 9)
 
-    def turn(self) -> float:
-        """Local step: rotations for these positions; returns the energy after it."""
-        covariance = (self.spokes @ self.positions).reshape(-1, 9)
-        self.transposed = self.solver.local_step.lowered(self.transposed, covariance)
-        return self._energy(covariance)
+    def turn(self) -> None:
+        """Local step: rotations for these positions."""
+        self.transposed = self.solver.local_step.lowered(self.transposed, self._covariance())
 
     def move(self) -> None:
         """Global step: the positions that minimise the energy for these rotations; with planes, on the way to them."""
@@ -251,10 +252,14 @@ class _State:
     def rotations(self) -> np.ndarray:
         return np.ascontiguousarray(self.transposed.reshape(-1, 3, 3).transpose(0, 2, 1))
 
-    def _energy(self, covariance: np.ndarray) -> float:
+    def _covariance(self) -> np.ndarray:
+        return (self.spokes @ self.positions).reshape(-1, 9)
+
+    def energy(self) -> float:
+        """Of these positions and rotations, scene units squared."""
         solver, system = self.solver, self.system
         size = 2.0 * np.vdot(self.positions, solver.laplacian @ self.positions)
-        rigid = size + self.rest_size - 2.0 * np.vdot(self.transposed, covariance)
+        rigid = size + self.rest_size - 2.0 * np.vdot(self.transposed, self._covariance())
         smooth = solver.local_step.energy(self.transposed)
         missed = np.square(self._offsets()[0]).sum(axis=1)
         strayed = np.square(self.positions - self.start).sum(axis=1)
