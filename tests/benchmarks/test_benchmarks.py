@@ -102,6 +102,15 @@ def test_figures_of_a_run(tmp_path):
     assert done.stdout.startswith("| a, 2 frames | 0.1 | 0.2 | 0.3 | 0.2 |")
 
 
+def test_deformation_speed(cache):
+    source = frames_folder("beam", FRAMES, cache)
+    small = [option for name, value in (("centers", 40), ("resolution", 32), ("triangles", 600)) for option in ("--set", f"{name}={value}")]
+    found = last_line("deformation_speed", str(source), "--frames", "1-2", "--repeat", "1", "--against", str(ROOT), *small)
+    assert set(found["found"]) == {"here", "against"}
+    assert all(row["deformed"] == 2 and row["triangles"] <= 600 and row["seconds"] > 0 for row in found["found"].values())
+    assert np.isfinite(numbers(found)).all() and found["ratio"] > 0
+
+
 def test_drift(cache):
     small = ("--set", "centers=60", "--set", "resolution=32", "--set", "samples=1000", "--set", "triangles=2000")
     options = ("--cases", "tumble", "--frames", "4", "--of", "6", "--set", "group_size=3", "--cache", str(cache))
