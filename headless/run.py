@@ -20,6 +20,7 @@ from typing import TextIO
 CHECKOUT = Path(__file__).resolve().parents[1]
 EXIT_FAILED, EXIT_USAGE = 1, 2
 STEPS = ("import_sequence", "run_all")  # the operators whose arguments become options
+EXPORT_OPTIONS = ("first", "last", "step")  # arguments of the export operator that become --export-...
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
 AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
 SCENE_FILES = {".abc": "alembic", ".usd": "usd", ".usda": "usd", ".usdc": "usd", ".usdz": "usd"}  # Blender's own importers read these
@@ -111,6 +112,9 @@ def make_parser(bpy) -> argparse.ArgumentParser:
     parser.add_argument(
         "--export", action="append", default=[], choices=formats.keys(), help=f"{choices_in_words(formats)}; may be repeated"
     )
+    for name, argument in operator_arguments(bpy, "export").items():
+        if name in EXPORT_OPTIONS:
+            add_option(parser, argument, "export_")
     parser.add_argument("--object", default="", metavar="NAME", help="which object of an .abc or .usd file; needed where there are several")
     parser.add_argument("--preview", metavar="FILE.png", help="picture of source, reference mesh and result")
     parser.add_argument(
@@ -126,9 +130,10 @@ def operator_arguments(bpy, name: str) -> dict:
     return {item.identifier: item for item in properties if not (item.is_hidden or item.type == "POINTER" or item.identifier in RENAMED)}
 
 
-def add_option(parser: argparse.ArgumentParser, argument) -> None:
+def add_option(parser: argparse.ArgumentParser, argument, prefix: str = "") -> None:
     """The option for one argument; one that is not given is not passed, so that a preset can decide."""
-    option = {"dest": argument.identifier, "default": argparse.SUPPRESS, "help": argument.description.replace("%", "%%")}
+    name = prefix + argument.identifier
+    option = {"dest": name, "default": argparse.SUPPRESS, "help": argument.description.replace("%", "%%")}
     if argument.type == "BOOLEAN":
         option["action"] = argparse.BooleanOptionalAction
     elif argument.type == "ENUM":
@@ -139,7 +144,7 @@ def add_option(parser: argparse.ArgumentParser, argument) -> None:
         option["metavar"] = "TEXT"
     if argument.type != "STRING":
         option["help"] += f" (default: {argument.default:.6g})" if argument.type == "FLOAT" else f" (default: {argument.default})"
-    parser.add_argument("--" + argument.identifier.replace("_", "-"), **option)
+    parser.add_argument("--" + name.replace("_", "-"), **option)
 
 
 def number_within(argument):
@@ -183,8 +188,9 @@ def run(bpy, arguments: dict) -> None:
     for kind in arguments["export"]:
         operators.export(format=kind, only_check=True)  # before hours of work
     operators.run_all(output=output, quiet=arguments["quiet"], **passed["run_all"])
+    cut = {name: arguments[f"export_{name}"] for name in EXPORT_OPTIONS if f"export_{name}" in arguments}
     for kind in arguments["export"]:
-        operators.export(format=kind)
+        operators.export(format=kind, **cut)
     if arguments["preview"]:
         operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
     operators.save_scene(filepath=os.path.join(output, "scene.blend"))

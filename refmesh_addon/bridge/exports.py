@@ -12,7 +12,9 @@ import bpy
 
 from ..core.check import RefMeshError
 from ..io.files import atomic_file, output_folder
+from ..io.pc2 import pc2_shape, read_pc2, write_pc2
 from ..io.report import read_report
+from .export_choice import Choice
 from .scene import timeline
 from .stand_ins import cached_stand_ins, morphing_stand_ins
 from .velocities import moving
@@ -24,6 +26,7 @@ FORMATS = {
     "glb": "glTF binary with one morph target for each frame",
     "ply": "One PLY for each frame",
 }
+EVERY_FRAME = ("abc", "usd")  # Blender's writers of these know no step
 
 
 def check_available(kind: str) -> None:
@@ -34,33 +37,51 @@ def check_available(kind: str) -> None:
         raise RefMeshError(f"--export {kind}: this Blender cannot write it; choose one of {others}, or use another Blender")
 
 
-def export_sequence(owner: bpy.types.Object, kind: str, results: Path, folder: Path) -> list[Path]:
+def export_sequence(owner: bpy.types.Object, kind: str, choice: Choice, results: Path, folder: Path) -> list[Path]:
     """Writes the deformed meshes of the sequence object `owner` in the format `kind`; returns the files.
 
     results : output folder of the run.  folder : where to write; made if need be.
-    Raises RefMeshError when there is nothing to export or a file cannot be written.
+    Raises RefMeshError when the format cannot hold the choice or a file cannot be written.
     """
-    if not owner.refmesh.groups or not all(group.deformed for group in owner.refmesh.groups):
-        raise RefMeshError(f"{results}: no deformed meshes to export; run the Deform step first")
+    if choice.step > 1 and kind in EVERY_FRAME:
+        raise RefMeshError(f"--export {kind}: Blender writes every frame of the range; leave out the step, or choose pc2, glb or ply")
     name = bpy.path.clean_name(owner.refmesh.root.name)
     if kind in _COPIES:
-        return _COPIES[kind](read_report(results), name, results, output_folder(folder))
+        return _COPIES[kind](owner, choice, name, results, output_folder(folder))
     target = output_folder(folder) / f"{name}.{kind}"
-    _WRITERS[kind](owner, target, results)
+    _WRITERS[kind](owner, choice, target, results)
     return [target]
 
 
-def _copy_caches(report: dict, name: str, results: Path, folder: Path) -> list[Path]:
+def _copy_caches(owner: bpy.types.Object, choice: Choice, name: str, results: Path, folder: Path) -> list[Path]:
     written = []
-    for group in report["groups"]:
-        stem = f"{name}_group_{group['index']:03d}"
-        written += [_copy(results / group["playback"], folder / f"{stem}.pc2"), _copy(results / group["reference"], folder / f"{stem}.ply")]
+    report = read_report(results)
+    for index, frames in choice.groups.items():
+        group, stem = report["groups"][index], f"{name}_group_{index:03d}"
+        cache, target = results / group["playback"], folder / f"{stem}.pc2"
+        wanted = [frame - owner.refmesh.groups[index].start for frame in frames]
+        written += [_cut(cache, target, wanted), _copy(results / group["reference"], folder / f"{stem}.ply")]
     return written
 
 
-def _copy_frames(report: dict, name: str, results: Path, folder: Path) -> list[Path]:
+def _copy_frames(owner: bpy.types.Object, choice: Choice, _name: str, results: Path, folder: Path) -> list[Path]:
     frames = output_folder(folder / "ply")
-    return [_copy(results / frame["deformed"], frames / Path(frame["deformed"]).name) for frame in report["frames"]]
+    numbers = {item.scene_frame: int(item.name) for item in owner.refmesh.frames}
+    wanted = {numbers[frame] for within in choice.groups.values() for frame in within if frame in numbers}
+    paths = [frame["deformed"] for frame in read_report(results)["frames"] if frame["number"] in wanted]
+    return [_copy(results / path, frames / Path(path).name) for path in paths]
+
+
+def _cut(cache: Path, target: Path, wanted: list[int]) -> Path:
+    """The wanted samples of a point cache, whose last one is held; all of them as they are."""
+    if not cache.is_file():
+        raise RefMeshError(f"{cache}: is missing; run the Deform step again")
+    count, points = pc2_shape(cache)
+    chosen = {min(index, count - 1) for index in wanted}
+    if len(chosen) == count:
+        return _copy(cache, target)
+    write_pc2(target, (sample for index, sample in enumerate(read_pc2(cache)) if index in chosen), points, len(chosen))
+    return target
 
 
 def _copy(source: Path, target: Path) -> Path:
@@ -71,13 +92,13 @@ def _copy(source: Path, target: Path) -> Path:
     return target
 
 
-def _write_alembic(owner: bpy.types.Object, target: Path, results: Path) -> None:
-    with _moving_stand_ins(owner, results) as (first, last), _replacing(target) as partial:
+def _write_alembic(owner: bpy.types.Object, choice: Choice, target: Path, results: Path) -> None:
+    with _moving_stand_ins(owner, choice, results), _replacing(target) as partial:
         bpy.ops.wm.alembic_export(
             filepath=str(partial),
             selected=True,
-            start=first,
-            end=last,
+            start=choice.first,
+            end=choice.last,
             normals=False,
             uvs=False,
             as_background_job=False,
@@ -85,8 +106,8 @@ def _write_alembic(owner: bpy.types.Object, target: Path, results: Path) -> None
         )
 
 
-def _write_usd(owner: bpy.types.Object, target: Path, results: Path) -> None:
-    with _moving_stand_ins(owner, results), _replacing(target) as partial:
+def _write_usd(owner: bpy.types.Object, choice: Choice, target: Path, results: Path) -> None:
+    with _moving_stand_ins(owner, choice, results), _replacing(target) as partial:
         bpy.ops.wm.usd_export(
             filepath=str(partial),
             selected_objects_only=True,
@@ -99,8 +120,9 @@ def _write_usd(owner: bpy.types.Object, target: Path, results: Path) -> None:
         )
 
 
-def _write_gltf(owner: bpy.types.Object, target: Path, _results: Path) -> None:
-    with morphing_stand_ins(owner), _whole_timeline(owner), _replacing(target) as partial:
+def _write_gltf(owner: bpy.types.Object, choice: Choice, target: Path, _results: Path) -> None:
+    scene = bpy.context.scene
+    with morphing_stand_ins(owner, choice), timeline(scene, choice.first, choice.last), _replacing(target) as partial:
         bpy.ops.export_scene.gltf(
             filepath=str(partial),
             export_format="GLB",
@@ -108,24 +130,21 @@ def _write_gltf(owner: bpy.types.Object, target: Path, _results: Path) -> None:
             export_animation_mode="SCENE",  # one animation that plays all groups, not one for each
             export_anim_scene_split_object=False,
             export_frame_range=True,
+            export_frame_step=choice.step,
             export_materials="NONE",
             check_existing=False,
         )
 
 
 @contextmanager
-def _moving_stand_ins(owner: bpy.types.Object, results: Path) -> Iterator[tuple[int, int]]:
-    """Stand-ins that carry velocities, and the first and last scene frame."""
-    with cached_stand_ins(owner) as copies, _whole_timeline(owner) as span, moving(owner, copies, read_report(results), results):
-        yield span
-
-
-@contextmanager
-def _whole_timeline(owner: bpy.types.Object) -> Iterator[tuple[int, int]]:
-    frames = owner.refmesh.frames
-    first, last = frames[0].scene_frame, frames[-1].scene_frame
-    with timeline(bpy.context.scene, first, last):
-        yield first, last
+def _moving_stand_ins(owner: bpy.types.Object, choice: Choice, results: Path) -> Iterator[None]:
+    """Stand-ins that carry velocities, in a timeline of the frames that are wanted."""
+    with (
+        cached_stand_ins(owner, choice) as copies,
+        timeline(bpy.context.scene, choice.first, choice.last),
+        moving(owner, copies, read_report(results), results),
+    ):
+        yield
 
 
 @contextmanager
@@ -147,5 +166,5 @@ def _reason(error: Exception) -> str:
     return lines[-1] if lines else type(error).__name__
 
 
-_COPIES: dict[str, Callable[[dict, str, Path, Path], list[Path]]] = {"pc2": _copy_caches, "ply": _copy_frames}
-_WRITERS: dict[str, Callable[[bpy.types.Object, Path, Path], None]] = {"abc": _write_alembic, "usd": _write_usd, "glb": _write_gltf}
+_COPIES: dict[str, Callable[[bpy.types.Object, Choice, str, Path, Path], list[Path]]] = {"pc2": _copy_caches, "ply": _copy_frames}
+_WRITERS: dict[str, Callable[[bpy.types.Object, Choice, Path, Path], None]] = {"abc": _write_alembic, "usd": _write_usd, "glb": _write_gltf}

@@ -11,7 +11,8 @@ from contextlib import contextmanager
 
 import bpy
 
-from ..io.pc2 import pc2_shape, read_pc2
+from ..io.pc2 import read_pc2
+from .export_choice import Choice
 from .groups import spans
 from .objects import remove_object
 from .playback import cache_path, key_between
@@ -20,22 +21,22 @@ SHOWN, GONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
 
 @contextmanager
-def cached_stand_ins(owner: bpy.types.Object) -> Iterator[list[bpy.types.Object]]:
-    """Stand-ins that move by the Mesh Cache modifier, one for each group, selected alone; for Alembic and USD."""
+def cached_stand_ins(owner: bpy.types.Object, choice: Choice) -> Iterator[dict[int, bpy.types.Object]]:
+    """Stand-ins that move by the Mesh Cache modifier, one for each chosen group, selected alone; for Alembic and USD."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     selected, active = list(bpy.context.selected_objects), layer.objects.active
     root = bpy.data.objects.new(f"{owner.refmesh.root.name}_root", None)
-    copies = [_copy_of(owner, index, root) for index in range(len(owner.refmesh.groups))]
+    copies = {index: _copy_of(owner, index, root) for index in choice.groups}
     try:
         root.matrix_world = owner.refmesh.root.matrix_world
         for member in selected:
             member.select_set(False)
-        for member in (root, *copies):
+        for member in (root, *copies.values()):
             scene.collection.objects.link(member)
             member.select_set(True)
         yield copies
     finally:
-        for member in (*copies, root):
+        for member in (*copies.values(), root):
             remove_object(member)
         for member in selected:
             member.select_set(True)
@@ -43,11 +44,11 @@ def cached_stand_ins(owner: bpy.types.Object) -> Iterator[list[bpy.types.Object]
 
 
 @contextmanager
-def morphing_stand_ins(owner: bpy.types.Object) -> Iterator[list[bpy.types.Object]]:
-    """Stand-ins that move by one shape key for each scene frame, one for each group, selected alone; for glTF."""
-    with cached_stand_ins(owner) as copies:
-        for copy, group in zip(copies, owner.refmesh.groups, strict=True):
-            _cache_to_shape_keys(copy, group.start)
+def morphing_stand_ins(owner: bpy.types.Object, choice: Choice) -> Iterator[dict[int, bpy.types.Object]]:
+    """Stand-ins that move by one shape key for each chosen scene frame, one for each group, selected alone; for glTF."""
+    with cached_stand_ins(owner, choice) as copies:
+        for index, copy in copies.items():
+            _cache_to_shape_keys(copy, owner.refmesh.groups[index].start, choice.groups[index])
         yield copies
 
 
@@ -63,14 +64,17 @@ def _copy_of(owner: bpy.types.Object, index: int, root: bpy.types.Object) -> bpy
     return copy
 
 
-def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int) -> None:
-    """The first sample is the basis that the others are added to; each is full at its own frame and the last one is held."""
-    cache = cache_path(copy)
-    count, _ = pc2_shape(cache)
-    for sample, positions in enumerate(read_pc2(cache)):
-        scene_frame = first_scene_frame + sample
-        key = copy.shape_key_add(name=str(scene_frame), from_mix=False)
-        key.data.foreach_set("co", positions.ravel())
-        if sample > 0:
-            key_between(key, "value", (scene_frame, scene_frame + 1 if sample < count - 1 else None), inside=1.0, outside=0.0)
+def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int, wanted: tuple[int, ...]) -> None:
+    """The first wanted frame is the basis that the others are added to; each is full from its own frame on to the next one.
+
+    Frames beyond the samples of the cache hold the last one and need no key.
+    """
+    samples = dict(enumerate(read_pc2(cache_path(copy)), first_scene_frame))
+    wanted = tuple(frame for frame in wanted if frame in samples) or (max(samples),)
+    copy.data.attributes["position"].data.foreach_set("vector", samples[wanted[0]].ravel())  # what is written where there is one frame
+    for frame, after in zip(wanted, (*wanted[1:], None), strict=True):
+        key = copy.shape_key_add(name=str(frame), from_mix=False)
+        key.data.foreach_set("co", samples[frame].ravel())
+        if frame != wanted[0]:
+            key_between(key, "value", (frame, after), inside=1.0, outside=0.0)
     copy.modifiers.clear()

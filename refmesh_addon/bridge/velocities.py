@@ -21,10 +21,10 @@ ATTRIBUTE = "velocity"
 
 
 @contextmanager
-def moving(owner: bpy.types.Object, copies: list[bpy.types.Object], report: dict, results: Path) -> Iterator[None]:
+def moving(owner: bpy.types.Object, copies: dict[int, bpy.types.Object], report: dict, results: Path) -> Iterator[None]:
     """Inside the block every change of frame gives the stand-ins of the sequence object `owner` their velocities.
 
-    copies : one for each group; those of other groups than the frame's stand still.  report, results : of the run.
+    copies : index of group -> its stand-in; those of other groups than the frame's stand still.  report, results : of the run.
     Raises RefMeshError when the frames carry no velocities.
     """
     frames = {frame["number"]: frame for frame in report["frames"]}
@@ -32,13 +32,14 @@ def moving(owner: bpy.types.Object, copies: list[bpy.types.Object], report: dict
 
     def show(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
         frame = frames[int(frame_at(owner, scene.frame_current).name)]
-        for index, copy in enumerate(copies):
+        for index, copy in copies.items():
             speeds = np.zeros((len(copy.data.vertices), 3))
             if index == frame["group"]:
                 speeds = rate * _velocities(results / frame["deformed"], len(speeds))
             _write(copy.data, speeds)
 
-    for frame in frames.values():  # before anything is written: an error in the handler would reach the console only
+    checked = [frame for frame in frames.values() if frame["group"] in copies]
+    for frame in checked:  # before anything is written: an error in the handler would reach the console only
         _velocities(results / frame["deformed"], len(copies[frame["group"]].data.vertices))
     show(bpy.context.scene)
     bpy.app.handlers.frame_change_pre.append(show)

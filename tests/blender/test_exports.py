@@ -11,7 +11,7 @@ from refmesh_addon.bridge.meshes import read_positions
 from refmesh_addon.io.meshes import read_mesh, write_ply
 from refmesh_addon.io.pc2 import read_pc2
 
-from .conftest import GROUPS, NUMBERS, place, reference, velocities
+from .conftest import GROUPS, NUMBERS, place, reference, velocities, write_results
 
 IMPORTERS = {
     "abc": lambda path: bpy.ops.wm.alembic_import(filepath=path, as_background_job=False),
@@ -155,3 +155,69 @@ def test_formats_this_blender_lacks_are_refused_before_any_work(blender, ball, k
             blender.ops.refmesh.export(format=kind, only_check=True)
     else:
         assert blender.ops.refmesh.export(format=kind, only_check=True) == {"FINISHED"}
+
+
+@pytest.mark.parametrize("kind", ["abc", "usd", "glb"])
+def test_a_range_and_one_object_go_out_alone(blender, solved, results, written):
+    blender.context.view_layer.objects.active = solved.refmesh.groups[0].deformed
+    blender.ops.refmesh.export(format=written, scope="OBJECT", first=7, last=8)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    IMPORTERS[written](str(results / "export" / f"ball.{written}"))
+    assert not [item for item in bpy.data.objects if "group_001" in item.name]
+    for scene_frame, number in ((7, 7), (8, 8), (6, 7), (11, 8)):  # beyond the range its ends are held
+        bpy.context.scene.frame_set(scene_frame)
+        world = read_positions(imported(0).data) @ np.array(imported(0).matrix_world)[:3, :3].T
+        x, y, z = place(reference(0).vertices, number).T
+        np.testing.assert_allclose(world, np.column_stack([x, -z, y]), atol=1e-5)
+
+
+def test_a_step_takes_every_second_frame(blender, solved, results):
+    blender.ops.refmesh.export(format="ply", first=7, step=2)
+    assert sorted(path.name for path in (results / "export" / "ply").iterdir()) == ["frame_0007.ply", "frame_0011.ply"]  # 9 is missing
+    blender.ops.refmesh.export(format="pc2", first=6, last=10, step=2)
+    for index, numbers in enumerate(((6, 8), (10,))):
+        mesh = read_mesh(results / "export" / f"ball_group_{index:03d}.ply")
+        samples = list(read_pc2(results / "export" / f"ball_group_{index:03d}.pc2"))
+        for number, sample in zip(numbers, samples, strict=True):
+            np.testing.assert_array_equal(sample, place(mesh.vertices, number).astype(np.float32))
+    blender.ops.refmesh.export(format="glb", step=2)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    IMPORTERS["glb"](str(results / "export" / "ball.glb"))
+    for number in (6, 8, 10):
+        bpy.context.scene.frame_set(number)
+        check_frame(number)
+
+
+@pytest.mark.parametrize("kind", ["abc", "usd"])
+def test_a_step_is_refused_where_every_frame_is_written(blender, solved, results, written):
+    with pytest.raises(RuntimeError, match="leave out the step, or choose pc2, glb or ply"):
+        blender.ops.refmesh.export(format=written, step=2)
+    assert not (results / "export").exists()
+
+
+def test_a_collection_holds_several_sequences(blender, frames, tmp_path):
+    for name in ("one", "two"):
+        blender.ops.refmesh.import_sequence(filepath=str(frames), name=name)
+        blender.ops.refmesh.load_results(output=str(write_results(tmp_path / name, frames)))
+    blender.context.view_layer.active_layer_collection = blender.context.view_layer.layer_collection
+    blender.ops.refmesh.export(format="glb", scope="COLLECTION", directory=str(tmp_path / "both"))
+    assert sorted(path.name for path in (tmp_path / "both").iterdir()) == ["one.glb", "two.glb"]
+    other = bpy.data.collections.new("other")
+    blender.context.scene.collection.children.link(other)
+    blender.context.view_layer.active_layer_collection = blender.context.view_layer.layer_collection.children["other"]
+    with pytest.raises(RuntimeError, match="the collection 'other' holds no mesh sequence"):
+        blender.ops.refmesh.export(format="glb", scope="COLLECTION")
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ({"first": 50}, "no frames to export: the sequence has 6 to 11, asked for were 50 to 11"),
+        ({"first": 8, "last": 7}, "no frames to export"),
+        ({"scope": "OBJECT"}, "select the deformed mesh of one"),
+    ],
+)
+def test_nothing_chosen_is_said(blender, solved, results, arguments, words):
+    with pytest.raises(RuntimeError, match=words):
+        blender.ops.refmesh.export(format="pc2", **arguments)
+    assert not (results / "export").exists()
