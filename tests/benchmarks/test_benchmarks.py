@@ -17,7 +17,10 @@ from refmesh_addon.core.arap import ArapSolver
 from refmesh_addon.core.geometry import is_watertight, sample_surface, triangle_normals
 from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.core.volume import sample_volume
+from refmesh_addon.io.meshes import write_ply
 from sample_scenes.generators import SEQUENCES
+
+from ..core.shapes import ball, box, joined, moved
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = ("--centers", "40", "--resolution", "32")
@@ -233,6 +236,18 @@ def test_references(cache):
     for row in found["rows"].values():
         assert row["carried_mean"] > 0 and row["fitted_mean"] > 0
     assert np.isfinite(numbers({name: row for name, row in found["rows"].items() if row["iou_after"]})).all()
+
+
+def test_primitives(tmp_path):
+    plain = box((2.0, 2.0, 1.0), subdivisions=4)
+    top = np.argmin(np.linalg.norm(plain.vertices - [0, 0, 0.5], axis=1))
+    dented = plain.moved(plain.vertices - 0.1 * np.eye(3)[2] * (np.arange(len(plain.vertices)) == top)[:, None])
+    write_ply(tmp_path / "a.ply", joined(plain, moved(ball(4), shift=(5.0, 0, 0))))
+    write_ply(tmp_path / "b.ply", dented)
+    rows = last_line("primitives", str(tmp_path / "a.ply"), str(tmp_path / "b.ply"))["rows"]
+    assert [row["kind"] for row in rows] == ["box", "ball", "box"]
+    assert rows[0]["max"] < 1e-3 and rows[1]["max"] < 0.3
+    assert rows[2]["max"] == pytest.approx(5.0, abs=1.0) and rows[2]["max_of_shortest"] == pytest.approx(10.0, abs=2.0)
 
 
 def test_paper_figures(cache, tmp_path):
