@@ -26,6 +26,7 @@ FORMATS = {
     "glb": "glTF binary with one morph target for each frame",
     "ply": "One PLY for each frame",
 }
+ROOM_PER_SAMPLE, ROOM_PER_TRIANGLE = 36, 60  # bytes in Alembic or USD: position and velocity of a vertex; what comes once; half more
 EVERY_FRAME = ("abc", "usd")  # Blender's writers of these know no step
 
 
@@ -93,6 +94,7 @@ def _copy(source: Path, target: Path) -> Path:
 
 
 def _write_alembic(owner: bpy.types.Object, choice: Choice, target: Path, results: Path) -> None:
+    _check_room(owner, choice, target)
     with _moving_stand_ins(owner, choice, results), _replacing(target) as partial:
         bpy.ops.wm.alembic_export(
             filepath=str(partial),
@@ -107,6 +109,7 @@ def _write_alembic(owner: bpy.types.Object, choice: Choice, target: Path, result
 
 
 def _write_usd(owner: bpy.types.Object, choice: Choice, target: Path, results: Path) -> None:
+    _check_room(owner, choice, target)
     with _moving_stand_ins(owner, choice, results), _replacing(target) as partial:
         bpy.ops.wm.usd_export(
             filepath=str(partial),
@@ -134,6 +137,17 @@ def _write_gltf(owner: bpy.types.Object, choice: Choice, target: Path, _results:
             export_materials="NONE",
             check_existing=False,
         )
+
+
+def _check_room(owner: bpy.types.Object, choice: Choice, target: Path) -> None:
+    """Raises RefMeshError when the disk is too small: Blender's writers of Alembic and USD crash on a full one."""
+    meshes = {index: owner.refmesh.groups[index].deformed.data for index in choice.groups}
+    samples = sum(len(mesh.vertices) for mesh in meshes.values()) * (choice.last - choice.first + 1)
+    need = ROOM_PER_SAMPLE * samples + ROOM_PER_TRIANGLE * sum(len(mesh.polygons) for mesh in meshes.values())
+    free = shutil.disk_usage(target.parent).free
+    if free < need:
+        what = f"No space left on device: {need / 1e6:.1f} MB may be needed, {free / 1e6:.1f} MB are free"
+        raise RefMeshError(f"{target}: cannot be written ({what})")
 
 
 @contextmanager

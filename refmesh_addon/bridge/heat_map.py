@@ -42,8 +42,13 @@ def show_errors(owner: bpy.types.Object, scene_frame: int) -> None:
     if frame.name == state.heat_shown:
         return
     group = max((item for item in state.groups if item.start <= frame.scene_frame), key=lambda item: item.start)
-    colors = read_colors(Path(bpy.path.abspath(state.output)) / "deformed" / f"frame_{int(frame.name):04d}.ply")
+    colors = read_error_colors(Path(bpy.path.abspath(state.output)) / "deformed" / f"frame_{int(frame.name):04d}.ply")
     if group.deformed is None or len(colors) != len(group.deformed.data.vertices):
         raise RefMeshError(f"frame {frame.name}: its errors belong to another mesh; run Measure Distance again")
-    set_colors(group.deformed.data, _LINEAR[colors])
+    set_colors(group.deformed.data, colors)
     state.heat_shown = frame.name
+
+
+def read_error_colors(path: Path) -> np.ndarray:
+    """(R, 4) linear colours of a deformed frame. Raises RefMeshError when it has none, since nothing was measured."""
+    return _LINEAR[read_colors(path)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from math import pi
 from pathlib import Path
 
@@ -13,10 +14,11 @@ from ..core import error_scale
 from ..core.check import RefMeshError
 from ..core.types import TriangleMesh
 from ..io.files import output_folder
-from ..io.meshes import read_mesh
+from ..io.own_ply import read_surface
 from ..io.report import read_report
+from .heat_map import read_error_colors
 from .materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, plain_material
-from .meshes import COLOR_NAME, fill_mesh, read_positions
+from .meshes import COLOR_NAME, fill_mesh, read_positions, set_colors
 from .sequence import frame_at, read_frame
 from .studio import add, draw_bar, render, studio, write
 
@@ -39,7 +41,7 @@ def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, tar
         words = [f"source, frame {frame.name}", f"reference of group {group['index']}"]
         actors = [
             _actor(scene, read_frame(bpy.path.abspath(frame.path), results), plain_material("RefMesh Source", SOURCE_COLOR)),
-            _actor(scene, read_mesh(results / group["reference"]), plain_material("RefMesh Reference", REFERENCE_COLOR)),
+            _actor(scene, read_surface(results / group["reference"]), plain_material("RefMesh Reference", REFERENCE_COLOR)),
         ]
         if deformed:
             actors.append(_read_colored(scene, results / deformed))
@@ -66,13 +68,10 @@ def _actor(scene: bpy.types.Scene, mesh: TriangleMesh, material: bpy.types.Mater
 
 
 def _read_colored(scene: bpy.types.Scene, path: Path) -> bpy.types.Object:
-    before = set(scene.objects)
-    with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-        bpy.ops.wm.ply_import(filepath=str(path), import_colors="SRGB")
-    (actor,) = set(scene.objects) - before
-    actor.data.shade_smooth()
-    material = attribute_material("RefMesh Error", COLOR_NAME) if _has_colors(actor) else plain_material("RefMesh Plain", PLAIN_COLOR)
-    actor.data.materials.append(material)
+    actor = _actor(scene, read_surface(path), plain_material("RefMesh Plain", PLAIN_COLOR))
+    with contextlib.suppress(RefMeshError):  # not measured yet
+        set_colors(actor.data, read_error_colors(path))
+        actor.data.materials[0] = attribute_material("RefMesh Error", COLOR_NAME)
     return actor
 
 

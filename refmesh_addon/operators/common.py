@@ -14,6 +14,7 @@ from ..core.check import RefMeshError
 from ..pipeline.packages import import_trouble
 from ..properties import sequence_object
 
+NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
 LEAVE_EDIT_MODE = "leave edit mode first"
 
 
@@ -57,7 +58,7 @@ class SequenceOperator(SceneOperator):
     @classmethod
     def hindrance(cls, context) -> str:
         if sequence_object(context) is None:
-            return "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
+            return NO_SEQUENCE
         return super().hindrance(context)
 
 

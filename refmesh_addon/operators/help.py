@@ -20,16 +20,13 @@ class REFMESH_OT_help(bpy.types.Operator):
     bl_options = {"INTERNAL"}
 
     page: EnumProperty(name="Page", description="Step to read about", items=[(step, step.title(), "") for step in STEPS])
-    only_check: bpy.props.BoolProperty(
-        name="Only Check", description="Only say where the page is", options={"HIDDEN", "SKIP_SAVE"}
-    )
 
     @reporting
     def execute(self, context):
         page = PAGES / f"{self.page}.md"
         if not page.is_file():
             raise RefMeshError(f"{page}: the page is missing; install the extension again")
-        if not self.only_check:
+        if not bpy.app.background:  # without a window it only says where the page is
             bpy.ops.wm.path_open(filepath=str(page))
         self.report({"INFO"}, f"{page}")
         return {"FINISHED"}

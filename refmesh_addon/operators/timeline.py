@@ -5,7 +5,7 @@ from bpy.props import FloatProperty, StringProperty
 
 from ..core.check import RefMeshError
 from ..properties import sequence_object
-from .common import SequenceOperator, reporting
+from .common import NO_SEQUENCE, SequenceOperator, reporting
 
 
 class REFMESH_OT_set_timeline(SequenceOperator, bpy.types.Operator):
@@ -39,7 +39,10 @@ class REFMESH_OT_go_to_frame(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return sequence_object(context) is not None  # also while a job runs: it changes nothing
+        if sequence_object(context) is None:
+            cls.poll_message_set(NO_SEQUENCE)
+            return False
+        return True  # also while a job runs: it changes nothing
 
     @reporting
     def execute(self, context):

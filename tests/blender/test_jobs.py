@@ -94,27 +94,6 @@ def test_frames_that_were_not_imported_are_refused(blender, frames, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    "operator", ["run_all", "track", "extract_reference", "deform", "evaluate", "load_results", "export", "render_preview"]
-)
-def test_without_a_sequence_every_operator_says_what_to_do(blender, operator):
-    with pytest.raises(RuntimeError, match="import one with File > Import"):
-        getattr(blender.ops.refmesh, operator)()
-
-
-@pytest.mark.parametrize("operator", ["run_all", "export", "import_sequence", "save_scene"])
-def test_edit_mode_is_refused(blender, ball, operator):
-    blender.ops.object.mode_set(mode="EDIT")
-    with pytest.raises(RuntimeError, match="leave edit mode first"):
-        getattr(blender.ops.refmesh, operator)()
-    blender.ops.object.mode_set(mode="OBJECT")
-
-
-def test_cancel_without_a_job_says_so(blender):
-    with pytest.raises(RuntimeError, match="no RefMesh job is running"):
-        blender.ops.refmesh.cancel()
-
-
 def test_progress_in_words():
     event = SimpleNamespace(stage="tracking", frame=8, share=0.25)
     assert stage_and_frame(event) == "tracking, frame 8"
