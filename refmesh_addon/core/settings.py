@@ -138,7 +138,7 @@ class DeformationSettings:
         label="Key-point fit",
     )
     arap_iterations: int = option(
-        10, "Most local and global rounds of the as-rigid-as-possible deformation", low=1, high=1000, label="ARAP iterations"
+        10, "Most rounds of the deformation by key points, each local and global; it ends sooner where nothing moves", low=1, high=1000, label="ARAP iterations"
     )
     smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
     fit_rounds: int = option(
