@@ -22,7 +22,7 @@ QUICK = {"centers": 300, "resolution": 64, "group_size": 3, "alignment_steps": 1
 PAGES = {
     "sequence": ("sequence", 300),
     "track": ("track centers", 362),
-    "reference": ("reference", 420),
+    "reference": ("reference bodies", 520),
     "deform": ("deform", 490),
     "export": ("export", 110),
 }
@@ -60,6 +60,7 @@ def pictures() -> Iterator[float | None]:
         yield 1.0
         while bpy.context.window_manager.windows[0].modal_operators:
             yield 0.5
+    yield from mark_two_bodies()
     view()["area"].spaces.active.show_region_ui = True
     yield None
     sidebar = next(region for region in view()["area"].regions if region.type == "UI")
@@ -72,6 +73,17 @@ def pictures() -> Iterator[float | None]:
         box = f"{sidebar.width}x{height}+{sidebar.x}+{top}"
         few = ["+dither", "-colors", "64"]
         subprocess.run(["import", "-window", "root", "-crop", box, "+repage", *few, str(PLACE / f"{page}.png")], check=True)
+
+
+def mark_two_bodies() -> Iterator[float | None]:
+    """So that the page about them shows some."""
+    centers = bpy.context.active_object.refmesh.centers
+    for body in (0, 1):
+        for vertex in centers.data.vertices:
+            vertex.select = (vertex.co.z > 0) == bool(body) and vertex.index % 20 == 0
+        with bpy.context.temp_override(**view()):
+            bpy.ops.refmesh.mark_body()
+        yield None
 
 
 def alone(panels: list[type], kept: list[type]) -> Iterator[float | None]:

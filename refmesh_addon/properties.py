@@ -165,9 +165,9 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     groups: CollectionProperty(type=RefMeshGroup)
     arrangement: EnumProperty(
         name="Arrangement",
-        description="Where reference mesh and result stand beside the source",
+        description="Where centers, reference mesh and result stand beside the source",
         items=[
-            ("SIDE", "Side by Side", "Source with centers, reference mesh and result in a row"),
+            ("SIDE", "Side by Side", "Source, centers, reference mesh and result in a row"),
             ("OVERLAY", "Overlaid", "All in one place, to see where they differ"),
         ],
         update=arrange_objects,

@@ -16,7 +16,7 @@ from .center_colors import color_centers, note_figures
 from .materials import attribute_material
 from .meshes import COLOR_NAME, fill_points, read_positions
 from .objects import new_member
-from .playback import play_cache
+from .playback import CACHE_NAME, play_cache
 
 NODES_NAME = "RefMesh Points"
 RADIUS_SHARE = 0.25  # of the center spacing: points stay apart, and what lies behind them can be seen
@@ -34,10 +34,13 @@ def show_centers(
     if state.centers is None:
         state.centers = new_member(state.root, f"{state.root.name} centers", _material())
         state.centers.refmesh.sequence = owner
+        state.centers.show_in_front = True  # where all is in one place, they would be hidden inside the source
     centers = state.centers
     fill_points(centers.data, positions)
     note_figures(centers, figures)
     play_cache(centers, cache, first_scene_frame)
+    playing = centers.modifiers[CACHE_NAME]
+    playing.show_in_editmode = playing.show_on_cage = True  # centers are selected where they are in the shown frame
     state.center_spacing = apart
     restyle_centers(owner)
 

@@ -62,12 +62,15 @@ def show_in_turn(owner: bpy.types.Object, index: int) -> None:
 
 
 def arrange(owner: bpy.types.Object) -> None:
-    """Source with its centers, reference and result side by side along the root's x, or all in one place."""
-    step = 0.0 if owner.refmesh.arrangement == "OVERLAY" else owner.refmesh.side_step
-    for group in owner.refmesh.groups:
-        for member, column in ((group.reference, 1), (group.deformed, 2)):
-            if member is not None:
-                member.location = (column * step, 0.0, 0.0)
+    """Source, centers, reference and result side by side along the root's x, or all in one place."""
+    state = owner.refmesh
+    step = 0.0 if state.arrangement == "OVERLAY" else state.side_step
+    members = [(state.centers, 1), (state.trails, 1)]
+    for group in state.groups:
+        members += [(group.reference, 2), (group.deformed, 3)]
+    for member, column in members:
+        if member is not None:
+            member.location = (column * step, 0.0, 0.0)
 
 
 def remove_deformed(owner: bpy.types.Object) -> None:

@@ -27,7 +27,7 @@ from .playback import check_cache
 from .status import used_settings
 
 STAGES = tuple(stage.name for stage in fields(Settings))
-SIDE_STEP = 1.25  # distance of source, reference and result, in widths of the whole motion: they never overlap
+SIDE_STEP = 1.25  # distance of source, centers, reference and result, in widths of the whole motion: they never overlap
 
 Part = Callable[[bpy.types.Object], None]
 
@@ -88,6 +88,7 @@ def parts(results: Results) -> Iterator[Part]:
         yield remove_deformed
     yield from (partial(show_in_turn, index=index) for index in range(len(groups)))
     yield lambda owner: _note_state(owner, results)
+    yield _show_current_frame
 
 
 def _show_centers(owner: bpy.types.Object, results: Results) -> None:
@@ -104,6 +105,12 @@ def _show_reference(owner: bpy.types.Object, results: Results, index: int) -> No
 
 def _show_deformed(owner: bpy.types.Object, results: Results, index: int) -> None:
     show_deformed(owner, index, results.meshes[index], results.folder / results.report["groups"][index]["playback"])
+
+
+def _show_current_frame(owner: bpy.types.Object) -> None:
+    """What was keyed takes effect: only the group of the current frame is seen."""
+    for scene in owner.users_scene:
+        scene.frame_set(scene.frame_current)
 
 
 def read_centers(folder: Path) -> dict[str, np.ndarray]:

@@ -35,6 +35,7 @@ def show_trails(owner: bpy.types.Object, radius: float) -> int:
     state.trails = bpy.data.objects.new(curve.name, curve)
     state.root.users_collection[0].objects.link(state.trails)
     state.trails.parent, state.trails.refmesh.sequence = state.root, owner
+    state.trails.location, state.trails.show_in_front = state.centers.location, True
     return len(chosen)
 
 

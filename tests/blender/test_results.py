@@ -64,11 +64,19 @@ def test_centers_are_points_that_follow_their_cache(solved, results):
         assert "Col" in cloud.attributes and "radius" in cloud.attributes
 
 
-def test_source_reference_and_result_stand_side_by_side(solved):
+def test_the_group_of_the_current_frame_is_seen_at_once(blender, ball, results):
+    blender.context.scene.frame_set(7)
+    blender.ops.refmesh.load_results(output=str(results))
+    assert [(group.deformed.hide_viewport, group.reference.hide_render) for group in ball.refmesh.groups] == [(False, False), (True, True)]
+
+
+def test_source_centers_reference_and_result_stand_side_by_side(solved):
     bpy.context.scene.frame_set(6)
     bpy.context.view_layer.update()
     group = solved.refmesh.groups[0]
     spans = []
+    columns = [member.location.x for member in (solved, solved.refmesh.centers, group.reference, group.deformed)]
+    assert columns[0] == 0 and columns[1] > 0 and columns[2:] == pytest.approx([2 * columns[1], 3 * columns[1]])
     for member in (solved, group.reference, group.deformed):
         across = (evaluated(member) @ np.array(member.matrix_world.to_3x3()).T)[:, 0] + member.matrix_world.translation.x
         spans.append((across.min(), across.max()))
@@ -78,9 +86,9 @@ def test_source_reference_and_result_stand_side_by_side(solved):
 def test_one_switch_lays_everything_in_one_place(solved):
     solved.refmesh.arrangement = "OVERLAY"
     group = solved.refmesh.groups[0]
-    assert group.reference.location.x == group.deformed.location.x == 0
+    assert group.reference.location.x == group.deformed.location.x == solved.refmesh.centers.location.x == 0
     solved.refmesh.arrangement = "SIDE"
-    assert 0 < group.reference.location.x < group.deformed.location.x
+    assert 0 < solved.refmesh.centers.location.x < group.reference.location.x < group.deformed.location.x
 
 
 def test_groups_are_named_markers_that_are_kept_up_to_date(blender, solved, results):

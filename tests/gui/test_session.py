@@ -1,4 +1,8 @@
-"""A whole session in a real Blender with a window. BLENDER names the program, which may be a script that starts it elsewhere."""
+"""A whole session in a real Blender with a window.
+
+BLENDER_WINDOW names the program, which may be a script that starts it elsewhere, in BLENDER_SCRATCH where it sees only that folder;
+BLENDER_ZIP the extension that is installed first, else the add-on of this checkout is registered.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +41,9 @@ def session(tmp_path_factory) -> dict:
         made.mkdir(parents=True)
     for number in FRAMES:
         shutil.copy(SAMPLE / f"grasp_{number:04d}.obj", frames)
+    archive = [os.environ["BLENDER_ZIP"]] if "BLENDER_ZIP" in os.environ else []
     script = str(ROOT / "tests" / "gui" / "session.py")
-    command = [*screen, program, "--factory-startup", "--enable-event-simulate", "-P", script, "--", str(frames), str(output)]
+    command = [*screen, program, "--factory-startup", "--enable-event-simulate", "-P", script, "--", str(frames), str(output), *archive]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT)
     found = output / "session.json"
     assert found.is_file(), ended.stdout[-2000:] + ended.stderr[-2000:]
@@ -60,6 +65,14 @@ def test_frames_come_in_by_the_file_browser_and_are_checked(session):
 def test_escape_ends_a_job_at_once_and_leaves_no_objects(session):
     assert session["objects_after_cancel"] == ["grasp", "grasp source"]
     assert "tracking" in session["status"]
+
+
+def test_nothing_else_changes_the_scene_while_a_job_runs(session):
+    assert session["allowed_while_running"] == []
+
+
+def test_bodies_are_marked_in_edit_mode(session):
+    assert session["marked"] == 2 and session["mode_after_marking"] == "EDIT_MESH"
 
 
 def test_everything_is_made_and_one_undo_takes_it_back(session):
