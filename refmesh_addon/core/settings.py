@@ -28,7 +28,7 @@ class TrackingSettings:
         1000, "Points that follow the volume; more of them reach thinner parts such as fingers and cost time", low=16, high=8000
     )
     resolution: int = option(
-        256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel resolution"
+        256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel Resolution"
     )
     tracking: str = option(
         "sequence",
@@ -126,7 +126,7 @@ class DeformationSettings:
             "guided": "Near the place where the tracked centers carry it",
             "unlimited": "Among all key points of the frame, as in the paper",
         },
-        label="Key-point search",
+        label="Key-Point Search",
     )
     keypoint_fit: str = option(
         "fixed",
@@ -135,10 +135,14 @@ class DeformationSettings:
             "fixed": "Turned about the key point, which stays: tells the palm from the back of the hand",
             "free": "Best rigid fit, as earlier methods do; for comparison",
         },
-        label="Key-point fit",
+        label="Key-Point Fit",
     )
     arap_iterations: int = option(
-        10, "Most rounds of the deformation by key points, each local and global; it ends sooner where nothing moves", low=1, high=1000, label="ARAP iterations"
+        10,
+        "Most rounds of the deformation by key points, each local and global; it ends sooner where nothing moves",
+        low=1,
+        high=1000,
+        label="ARAP Iterations",
     )
     smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
     fit_rounds: int = option(

@@ -8,7 +8,8 @@ import pytest
 from refmesh_addon.core.settings import PRESETS, flat_fields
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/*.md")), *sorted(ROOT.glob("*/README.md"))]
+PANEL_PAGES = sorted(ROOT.glob("docs/panel/*.md"))
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/*.md")), *PANEL_PAGES, *sorted(ROOT.glob("*/README.md"))]
 LARGEST = 2_000_000  # bytes of all pictures together: they are fetched with every clone
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
@@ -49,11 +50,13 @@ def test_options_of_the_command_line_are_there():
     assert "|".join(PRESETS) in page.replace("\\", "")
 
 
-def test_words_of_the_panel_are_those_that_artists_read():
-    page = " ".join((ROOT / "docs" / "artist.md").read_text().split())
+@pytest.mark.parametrize("page", [ROOT / "docs" / "artist.md", *PANEL_PAGES], ids=lambda page: page.name)
+def test_words_of_the_panel_are_those_that_artists_read(page):
+    page = " ".join(page.read_text().split())
     sources = "".join(path.read_text() for path in (ROOT / "refmesh_addon").rglob("*.py"))
     settings = {item.metadata["label"] or item.name.replace("_", " ").title() for item in flat_fields()}
-    blenders = {"Edit", "Preferences", "Get Extensions", "Install from Disk", "File", "Import", "Add-ons", "RefMesh"}
+    blenders = {"Edit", "Preferences", "Get Extensions", "Install from Disk", "File", "Import", "Add-ons"}
+    blenders |= {"RefMesh", "Mesh Sequence (RefMesh)"}
     for label in re.findall(r"(?<!\*)\*([A-Z][^*]+)\*(?!\*)", page):
         for word in label.split(" > "):
             assert word in settings | blenders or f'"{word}"' in sources, word
