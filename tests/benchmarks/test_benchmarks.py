@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from benchmarks import arap, drift, matching, memory, published_tracking, reconstruction
+from benchmarks import arap, drift, figures, matching, memory, published_tracking, reconstruction
 from benchmarks.common import tracked
 from benchmarks.frames import frames_folder
 from benchmarks.trajectories import CASES, Case, judge
@@ -91,7 +91,7 @@ def test_reconstruction(maker):
 
 def test_figures_of_a_run(tmp_path):
     distances = {"mean": 0.001, "p99": 0.002, "max": 0.003}
-    frames = [{"source_to_deformed": distances, "deformed_to_source": {name: 2 * value for name, value in distances.items()}}] * 2
+    frames = [{way: {name: k * value for name, value in distances.items()} for k, way in enumerate(figures.WAYS, 1)}] * 2
     group = {"triangles": 10, "watertight": True, "self_intersections": 0, "iou_before": 0.9, "iou_after": 0.95}
     report = {"schema": 1, "sequence": {"name": "a"}, "frames": frames, "groups": [group], "seconds": {"tracking": 1.5, "reference": 2.0}}
     (tmp_path / "report.json").write_text(json.dumps(report))
