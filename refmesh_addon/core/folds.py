@@ -9,7 +9,7 @@ from scipy.sparse import csgraph
 from .arap import ArapSolver
 from .closest_point import SurfaceIndex
 from .cotangent import triangle_adjacency
-from .geometry import area_vectors, mean_edge_length, triangle_normals
+from .geometry import area_vectors, mean_edge_length
 from .types import TriangleMesh
 
 REACH = 4  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
@@ -53,7 +53,8 @@ class Facing:
 def facing_alike(mesh: TriangleMesh, source: SurfaceIndex) -> np.ndarray:
     """(T,) bool, whether a triangle faces as the source does at the place nearest to its centre."""
     nearest = source.query(mesh.vertices[mesh.triangles].mean(axis=1)).triangles
-    return np.einsum("ti,ti->t", area_vectors(mesh), triangle_normals(source.mesh)[nearest]) > 0
+    there = TriangleMesh(source.mesh.vertices, source.mesh.triangles[nearest])  # often a few of many
+    return np.einsum("ti,ti->t", area_vectors(mesh), area_vectors(there)) > 0
 
 
 def folded_triangles(mesh: TriangleMesh, rest: TriangleMesh, rotations: np.ndarray) -> np.ndarray:

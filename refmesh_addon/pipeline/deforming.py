@@ -11,7 +11,7 @@ from ..core.arap import ArapSolver
 from ..core.closest_point import SurfaceIndex
 from ..core.contact import behind_contact
 from ..core.correspondence import Compatible
-from ..core.folds import Facing, facing_alike, unfolded
+from ..core.folds import Facing, unfolded
 from ..core.geometry import mean_edge_length
 from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
@@ -69,14 +69,14 @@ class ReferenceDeformer:
         compatible = self._compatible(owners, source.binding.owners[mesh.triangles[:, 0]])
         fitted = fit_surface(self._solver, posed, index, self._settings, compatible)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns, index))
-        turned_over = Facing(self._mesh, turns).turned_over(deformed.vertices)
+        facing = Facing(self._mesh, turns, index)
         return {
             "vertices": deformed.vertices,
             "keypoints": handles,
             "keypoint_targets": goals,
             "held": fitted.held,
             "hidden": behind_contact(deformed, owners, centers, self._akin, index, self._group.spacing),
-            "curled": turned_over & facing_alike(deformed, index),
+            "curled": facing.turned_over(deformed.vertices) & ~facing.folded(deformed.vertices),
             "turns": Rotation.from_matrix(turns).as_rotvec(),
         }
 
