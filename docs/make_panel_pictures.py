@@ -20,11 +20,11 @@ FRAMES, SCRATCH = sys.argv[sys.argv.index("--") + 1 :]
 QUICK = {"centers": 300, "resolution": 64, "group_size": 3, "alignment_steps": 1, "fit_rounds": 1, "samples": 1000, "triangles": 4000}
 # Page -> the panels in its picture and its height in pixels.
 PAGES = {
-    "sequence": ("sequence", 300),
-    "track": ("track centers", 362),
-    "reference": ("reference bodies", 520),
-    "deform": ("deform", 490),
-    "export": ("export", 110),
+    "sequence": ("sequence", 225),
+    "track": ("track centers", 372),
+    "reference": ("reference bodies", 545),
+    "deform": ("deform", 520),
+    "export": ("export", 116),
 }
 
 
@@ -60,7 +60,8 @@ def pictures() -> Iterator[float | None]:
         yield 1.0
         while bpy.context.window_manager.windows[0].modal_operators:
             yield 0.5
-    yield from mark_two_bodies()
+    owner = bpy.context.active_object
+    owner.refmesh.output = "//refmesh_grasp"  # no folder of one machine
     view()["area"].spaces.active.show_region_ui = True
     yield None
     sidebar = next(region for region in view()["area"].regions if region.type == "UI")
@@ -68,6 +69,7 @@ def pictures() -> Iterator[float | None]:
     yield 1.0
     panels = [getattr(bpy.types, name) for name in dir(bpy.types) if name.startswith("REFMESH_PT_")]
     for page, (wanted, height) in PAGES.items():
+        owner.refmesh.settings.apart = marks(owner) if page == "reference" else ""
         yield from alone(panels, [cls for cls in panels if cls.__name__.removeprefix("REFMESH_PT_") in wanted.split()])
         top = bpy.context.window.height - sidebar.y - sidebar.height
         box = f"{sidebar.width}x{height}+{sidebar.x}+{top}"
@@ -75,15 +77,11 @@ def pictures() -> Iterator[float | None]:
         subprocess.run(["import", "-window", "root", "-crop", box, "+repage", *few, str(PLACE / f"{page}.png")], check=True)
 
 
-def mark_two_bodies() -> Iterator[float | None]:
-    """So that the page about them shows some."""
-    centers = bpy.context.active_object.refmesh.centers
-    for body in (0, 1):
-        for vertex in centers.data.vertices:
-            vertex.select = (vertex.co.z > 0) == bool(body) and vertex.index % 20 == 0
-        with bpy.context.temp_override(**view()):
-            bpy.ops.refmesh.mark_body()
-        yield None
+def marks(owner: bpy.types.Object) -> str:
+    """Some centers of two bodies, as the page about them shows them marked."""
+    places = sorted((vertex.co.x, vertex.co.y, vertex.co.z) for vertex in owner.refmesh.centers.data.vertices)
+    bodies = (", ".join(" ".join(map(str, place)) for place in part) for part in (places[:5], places[-4:]))
+    return f"{owner.refmesh.frames[0].name}: {' | '.join(bodies)}"
 
 
 def alone(panels: list[type], kept: list[type]) -> Iterator[float | None]:

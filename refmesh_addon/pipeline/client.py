@@ -22,7 +22,7 @@ WORKER_MODULE = "refmesh_addon.pipeline.worker"
 # to draw and the key is noticed late. Ending it loses no more
 # than its own stop at the next progress step would: all its files are whole or absent at any time.
 CANCEL_GRACE = 0.3
-GENTLE = 10  # the priority, as `nice` counts, of a worker beside a window
+GENTLE = 5  # the priority, as `nice` counts, of a worker beside a window
 READ_GRACE = 2.0  # seconds in which what an ended worker left in its pipes is read
 LAST_WORDS = 5  # lines of stderr that a dead worker's message quotes
 _WAIT = 0.1  # seconds between two looks at a silent worker

@@ -32,7 +32,8 @@ class REFMESH_PT_bodies(RefMeshPanel, bpy.types.Panel):
             draw_wrapped(layout, context, HOW if not bodies else "Mark another body that this one is to be apart from", icon="INFO")
         for number, points in enumerate(bodies, 1):
             row = layout.row(align=True)
-            row.label(text=f"Body {number}: {len(points)} centers, frame {marks.frame}", icon="OUTLINER_OB_POINTCLOUD")
+            count = f"{len(points)} center{'s' if len(points) > 1 else ''}"
+            row.label(text=f"Body {number}: {count}, frame {marks.frame}", icon="OUTLINER_OB_POINTCLOUD")
             row.operator("refmesh.mark_body", text="", icon="ADD").body = number
             row.operator("refmesh.forget_body", text="", icon="X").body = number
         layout.operator("refmesh.mark_body").body = 0
