@@ -16,7 +16,7 @@ from refmesh_addon.core.affinity import near_pairs
 from refmesh_addon.core.geometry import merged, triangle_areas, vertex_components
 from refmesh_addon.core.holes import capped
 from refmesh_addon.core.mapping import FrameMap, spline_mapped
-from refmesh_addon.core.reference_mesh import points_per_frame
+from refmesh_addon.core.reference_mesh import points_per_frame, triangle_budget
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
@@ -83,7 +83,7 @@ class Reference:
 def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Reference:
     """Ours, or with other settings the paper's: what the reference stage makes of all frames of the take as one group."""
     group = place_centers(take.positions, take.affinity, take.spacing, settings)
-    budget = settings.triangles or int(np.median([len(mesh.triangles) for mesh in take.meshes]))
+    budget = triangle_budget(settings.triangles, [len(mesh.triangles) for mesh in take.meshes])
     count = points_per_frame(budget, len(take.meshes))
     anchor = take.bodies[group.anchor]
     tasks = [

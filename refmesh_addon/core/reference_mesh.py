@@ -8,6 +8,9 @@ from scipy.spatial import cKDTree
 from .geometry import component_volumes, sample_surface, triangle_areas, triangle_normals, vertex_components
 from .types import TriangleMesh
 
+# Triangles where no number is asked for, at least: a coarse capture spends its few where its surface curves, but a mesh that has to
+# fit all frames cannot, and its fit of a ball stays rippled with a quarter of these.
+LEAST_TRIANGLES = 20_000
 POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each triangle of the budget
 LEAST_POINTS = 6000  # of a whole group, however few triangles: enough for the coarsest reconstruction
 SURPLUS = 1.5  # triangles that the reconstruction should have for each triangle of the budget, so that detail survives
@@ -23,6 +26,11 @@ def oriented_points(mesh: TriangleMesh, whole: np.ndarray, count: int, rng: np.r
     surface = TriangleMesh(mesh.vertices, mesh.triangles[whole])
     points, owners = sample_surface(surface, count, rng)
     return points, triangle_normals(surface)[owners]
+
+
+def triangle_budget(asked: int, captured: list[int]) -> int:
+    """Triangles of a reference mesh: as asked, or for 0 the median of those of its frames, at least LEAST_TRIANGLES."""
+    return asked or max(int(np.median(captured)), LEAST_TRIANGLES)
 
 
 def points_per_frame(triangles: int, frames: int) -> int:

@@ -111,7 +111,10 @@ class ReferenceSettings:
         high=12,
     )
     triangles: int = option(
-        0, "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames", low=0, high=5_000_000
+        0,
+        "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames, and at least 20,000",
+        low=0,
+        high=5_000_000,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..core.geometry import is_watertight, vertex_components
-from ..core.reference_mesh import points_per_frame
+from ..core.reference_mesh import points_per_frame, triangle_budget
 from ..core.types import TriangleMesh
 from ..io.files import output_folder
 from ..io.meshes import write_ply
@@ -20,7 +20,7 @@ from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
-REFERENCE_SCHEMA = 5
+REFERENCE_SCHEMA = 6
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
 # Settings that a group's mesh depends on through its frames, and through the bodies that the centers belong to, only.
 INDIRECT = ("group_size", "longest_group", "group_starts", "apart")
@@ -160,8 +160,8 @@ def _aligned_entry(context: Context, span: _Span, frame: int) -> str:
 
 
 def _budget(context: Context, span: tuple[int, ...]) -> int:
-    """Triangles of the reference mesh: as asked for, or the median of the group's frames."""
-    return context.settings.reference.triangles or int(np.median([len(context.frames.mesh(frame).triangles) for frame in span]))
+    captured = [len(context.frames.mesh(frame).triangles) for frame in span]
+    return triangle_budget(context.settings.reference.triangles, captured)
 
 
 def _write(context: Context, group: Group, aligned: dict[tuple[int, int], Arrays], self_intersections: int) -> None:

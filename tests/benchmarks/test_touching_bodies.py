@@ -10,12 +10,13 @@ from refmesh_addon.core.geometry import is_watertight, vertex_components
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 
 SETTINGS = TrackingSettings(centers=300, resolution=96)
+TRIANGLES = 6000
 
 
 def shapes(take: Take) -> dict[str, dict]:
     """Kind -> figures, of the two closed bodies of the reference mesh of all frames."""
     with processes() as workers:
-        mesh = extracted(take, ReferenceSettings(), workers).mesh
+        mesh = extracted(take, ReferenceSettings(triangles=TRIANGLES), workers).mesh
     assert is_watertight(mesh)
     assert vertex_components(mesh)[0] == len(bodies(mesh)) == 2
     return {found["kind"]: found for found in map(shape, bodies(mesh))}
@@ -36,4 +37,4 @@ def test_a_real_ball_and_a_real_box(shared_data, frames):
     take = tracked_take(shared_data("collision"), "14-28", SETTINGS)
     found = shapes(take.part([index for index, number in enumerate(take.numbers) if first <= number <= last]))
     assert found["ball"]["p99"] < 2.0 and found["box"]["p99"] < 1.0
-    assert np.isclose(found["ball"]["triangles"] + found["box"]["triangles"], 5900, rtol=0.1)
+    assert np.isclose(found["ball"]["triangles"] + found["box"]["triangles"], TRIANGLES, rtol=0.01)

@@ -13,7 +13,8 @@ from refmesh_addon.operators.progress import Clock, minutes, stage_and_frame
 from refmesh_addon.operators.settings import chosen_settings
 
 # As little work as the pipeline can do on a coarse ball.
-TINY = {"centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "fit_rounds": 1, "arap_iterations": 1, "samples": 100}
+TINY = {"centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "triangles": 300}
+TINY |= {"fit_rounds": 1, "arap_iterations": 1, "samples": 100}
 
 STEPS = {"track": "tracking", "extract_reference": "reference", "deform": "deformation", "evaluate": "evaluation"}
 

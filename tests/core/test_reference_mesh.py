@@ -5,7 +5,15 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.geometry import is_watertight, triangle_areas, triangle_normals, vertex_components
-from refmesh_addon.core.reference_mesh import DEPTHS, NEAR, oriented_points, reconstruction_depth, supported
+from refmesh_addon.core.reference_mesh import (
+    DEPTHS,
+    LEAST_TRIANGLES,
+    NEAR,
+    oriented_points,
+    reconstruction_depth,
+    supported,
+    triangle_budget,
+)
 
 from .shapes import TILT, above, ball, box, joined, moved, torus
 
@@ -93,3 +101,8 @@ def test_supported_twice_is_supported_once():
     again = supported(once, ball(2).vertices, 0.2)
     assert_allclose(again.vertices, once.vertices)
     assert_array_equal(again.triangles, once.triangles)
+
+
+@pytest.mark.parametrize("asked, captured, expected", [(0, [30_000, 50_000, 40_000], 40_000), (0, [600], LEAST_TRIANGLES), (600, [9], 600)])
+def test_triangles_are_as_many_as_asked_for_or_as_captured_but_enough_to_fit(asked, captured, expected):
+    assert triangle_budget(asked, captured) == expected

@@ -15,7 +15,8 @@ from refmesh_addon.core.settings import PRESETS, flat_fields
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "headless" / "run.py"
-TINY = "--centers 16 --resolution 16 --group-size 2 --alignment-steps 0 --fit-rounds 1 --arap-iterations 1 --samples 100".split()
+TINY = "--centers 16 --resolution 16 --group-size 2 --alignment-steps 0 --triangles 300".split()
+TINY += "--fit-rounds 1 --arap-iterations 1 --samples 100".split()
 
 
 def run(*arguments, **options) -> subprocess.CompletedProcess:

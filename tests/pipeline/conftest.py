@@ -10,7 +10,9 @@ import trimesh
 from refmesh_addon.core.settings import Settings
 
 FRAMES = (3, 4, 5)
-TINY = Settings.from_flat({"centers": 50, "resolution": 32, "group_size": 3, "alignment_steps": 1, "fit_rounds": 1, "samples": 1000})
+TINY = Settings.from_flat(
+    {"centers": 50, "resolution": 32, "group_size": 3, "alignment_steps": 1, "triangles": 640, "fit_rounds": 1, "samples": 1000}
+)
 
 
 @pytest.fixture(scope="session")
