@@ -58,7 +58,12 @@ def test_a_changed_frame_remakes_only_the_groups_that_see_it(source, tmp_path):
     before = cache_entries(tmp_path / "out")
     balls(-1.75, 1.75).export(source / "balls_003.obj")
     track(source, tmp_path / "out")
-    assert remade(before, cache_entries(tmp_path / "out")) == {"frames/frame_0003", "tracking/group_000", "tracking/group_001"}
+    assert remade(before, cache_entries(tmp_path / "out")) == {
+        "frames/frame_0003",
+        "tracking/group_000",
+        "tracking/group_001",
+        "tracking/figures",
+    }
     track(source, tmp_path / "fresh")
     assert results(tmp_path / "out") == results(tmp_path / "fresh")
 
