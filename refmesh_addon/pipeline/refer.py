@@ -20,7 +20,7 @@ from .spans import group_spans
 from .stages import GroupCenters, align_frame, build_reference, place_centers
 from .tracked import Tracked, write_centers
 
-REFERENCE_SCHEMA = 6
+REFERENCE_SCHEMA = 7
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
 # Settings that a group's mesh depends on through its frames, and through the bodies that the centers belong to, only.
 INDIRECT = ("group_size", "longest_group", "group_starts", "apart")
