@@ -50,8 +50,8 @@ def forget_body(owner: bpy.types.Object, body: int) -> None:
 
 def show_bodies(owner: bpy.types.Object) -> None:
     """Colours the centers by the bodies that the marks divide them into. Raises RefMeshError for marks that contradict each other."""
-    from ..core.apart import bodies_by_marks
     from ..core.center_figures import lasting_bodies
+    from ..core.marked_bodies import bodies_by_marks
 
     state = owner.refmesh
     frames, positions = _tracked(owner)
@@ -66,7 +66,7 @@ def _note(owner: bpy.types.Object, frame: int, bodies: list[np.ndarray]) -> None
 
 
 def _seeds(owner: bpy.types.Object, centers: np.ndarray, marks: Marks | None) -> list[np.ndarray]:
-    from ..core.apart import marked_centers
+    from ..core.marked_bodies import marked_centers
 
     return _plain(marked_centers, centers, owner.refmesh.center_spacing, marks.bodies) if marks else []
 

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from .cotangent import cotangent_weights, spokes, triangle_adjacency
+from .factor import factored
 from .geometry import TINY, triangle_areas, vertex_components
 from .smooth_rotations import SmoothRotations
 from .types import TriangleMesh, _FrozenArrays
@@ -145,8 +145,7 @@ class ArapSystem:
         self.free = np.setdiff1d(np.arange(len(solver.components)), fixed)
         matrix = (2.0 * solver.laplacian + self.pull @ rows + sparse.diags(self.hold)).tocsr()[self.free]
         self.coupling, self.matrix = matrix[:, fixed], matrix[:, self.free].tocsc()
-        # Symmetric positive definite: no pivoting is needed, and the ordering for A + A^T fills in least.
-        self.factor = splu(self.matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        self.factor = factored(self.matrix)
 
     def solve(self, targets: np.ndarray, start: np.ndarray, iterations: int, settled: float = 0.0, **options) -> Deformation:
         """Local and global steps in turn, `iterations` of each after a first local step.

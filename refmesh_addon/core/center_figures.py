@@ -6,9 +6,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .apart import lasting_pairs, neighbours
 from .findings import FIGURES
 from .global_optimization import irregularity
+from .marked_bodies import lasting_pairs, neighbours
 
 
 def center_figures(positions: np.ndarray, spacing: float, marked: np.ndarray | None = None) -> dict[str, np.ndarray]:

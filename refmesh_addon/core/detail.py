@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from .cotangent import cotangent_weights
+from .factor import factored
 from .geometry import vertex_areas, vertex_normals
 from .types import TriangleMesh
 
@@ -29,5 +29,4 @@ def moved_along_normals(surface: TriangleMesh, chosen: np.ndarray, targets: np.n
     stiffness = extent**2 * sparse.csgraph.laplacian(cotangent_weights(surface))
     damping = DAMPING * np.where(areas > 0, areas, areas.mean())
     system = sparse.diags(weight + damping) + stiffness
-    factor = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return surface.vertices + factor.solve(weight * gap)[:, None] * normals
+    return surface.vertices + factored(system).solve(weight * gap)[:, None] * normals

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
+from .factor import factored
 from .rotations import closest_rotations, rotation_matrices
 
 # Share of the neighbours' weight added to each vertex, so that vertices without data or neighbours stay solvable.
@@ -30,7 +30,7 @@ class SmoothRotations:
             # Hessian for nearly rigid data: 2/3 of the spread on average over the axes, and the graph Laplacian.
             coupling = 4.0 * beta * (sparse.diags(self.neighbours.ravel()) - adjacency)
             hessian = sparse.diags(2.0 / 3.0 * spread + FLOOR * beta) + coupling
-            self._hessian = splu(hessian.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            self._hessian = factored(hessian)
 
     def lowered(self, rotations: np.ndarray | None, covariance: np.ndarray) -> np.ndarray:
         """Rotations with lower (never higher) f; the exact minimum where beta is 0.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..core.apart import bodies_by_marks
 from ..core.check import RefMeshError
 from ..core.geometry import vertex_components
+from ..core.marked_bodies import bodies_by_marks
 from ..core.marks import Marks, parse_marks
 from ..core.types import TriangleMesh
 from ..io.frame_range import in_words

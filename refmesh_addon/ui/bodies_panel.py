@@ -5,20 +5,15 @@ import bpy
 from ..core.check import RefMeshError
 from ..core.marks import parse_marks
 from ..properties import sequence_object
-from .layout import RefMeshPanel, draw_wrapped
+from .layout import CentersPanel, draw_wrapped
 
 HOW = "Where two bodies touch all the time: select some centers of one in edit mode and mark them, then of the other"
 
 
-class REFMESH_PT_bodies(RefMeshPanel, bpy.types.Panel):
+class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
     bl_label = "Bodies Apart"
     bl_parent_id = "REFMESH_PT_reference"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        owner = sequence_object(context)
-        return owner is not None and owner.refmesh.centers is not None
 
     def draw(self, context):
         layout = self.layout

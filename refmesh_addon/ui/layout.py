@@ -28,6 +28,15 @@ class SequencePanel(RefMeshPanel):
         self.layout.operator("refmesh.help", text="", icon="HELP", emboss=False).page = self.bl_label.lower()
 
 
+class CentersPanel(RefMeshPanel):
+    """A panel about the centers of the selected sequence, once there are any."""
+
+    @classmethod
+    def poll(cls, context):
+        owner = sequence_object(context)
+        return owner is not None and owner.refmesh.centers is not None
+
+
 def draw_wrapped(layout, context, words: str, icon: str = "NONE"):
     """Words over as many lines as the width of the panel needs."""
     width = context.region.width if context.region else 300

@@ -8,7 +8,7 @@ from ..bridge.status import first_to_run, step_status
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
 from .bodies_panel import REFMESH_PT_bodies
-from .layout import RefMeshPanel, SequencePanel, draw_wrapped, seconds_in_words
+from .layout import CentersPanel, RefMeshPanel, SequencePanel, draw_wrapped, seconds_in_words
 from .preferences import draw_missing
 from .sequence_panel import CLASSES as SEQUENCE_CLASSES
 
@@ -99,15 +99,10 @@ class REFMESH_PT_track(StepPanel, bpy.types.Panel):
         return f"frames {state.frame_selection}" if state.frame_selection else f"all {len(state.frames)} frames"
 
 
-class REFMESH_PT_centers(RefMeshPanel, bpy.types.Panel):
+class REFMESH_PT_centers(CentersPanel, bpy.types.Panel):
     bl_label = "Centers"
     bl_parent_id = "REFMESH_PT_track"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        owner = sequence_object(context)
-        return owner is not None and owner.refmesh.centers is not None
 
     def draw(self, context):
         layout = self.layout

@@ -6,7 +6,7 @@ from numpy.testing import assert_array_equal
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.apart import PARTED, lasting_pairs, marked_bodies, marked_centers
+from refmesh_addon.core.marked_bodies import PARTED, lasting_pairs, marked_bodies, marked_centers
 from refmesh_addon.core.separation import within_bodies
 
 STEP = 0.1
