@@ -74,29 +74,46 @@ class Correspondence:
         self._samples = SurfaceSampler(source.mesh).of(source.mesh)
         self._sampler = SurfaceSampler(reference)
 
-    def from_reference(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
+    def from_reference(self, mesh: TriangleMesh, limits: Limits, inset: float | None = None) -> Pairs:
         """Samples of the deformed reference and their places on the source.
 
         Samples whose partner lies on the border of a hole have none: the hole is where the source has no surface.
+        inset : scene units. Samples without a partner that stick out of the source, or lie less deep than this in it, have their
+        place this deep below it: surface that the source does not show can only be inside. None leaves them alone.
         """
         asked = self._sampler.of(mesh).every(limits.stride)
         allowed = lambda sample, triangle: self._allowed(asked.corners[sample, 0], triangle)
-        at, found = _partners(asked, self._source, self._normals, limits, allowed)
-        inside = ~on_border(self._source.mesh, self._source_border, found.triangles, found.points)
-        at, points, triangles, distances = at[inside], found.points[inside], found.triangles[inside], found.distances[inside]
-        apart = _apart(asked.points[at] - points, self._normals[triangles], limits)
-        return Pairs(asked.corners[at], asked.shares[at], points, apart, distances, asked.weights[at])
+        paired, lonely = _partners(asked, self._source, self._normals, limits, allowed)
+        at, found = self._off_border(*paired)
+        apart = _apart(asked.points[at] - found.points, self._normals[found.triangles], limits)
+        targets = found.points
+        if inset is not None:
+            out, below = self._off_border(*self._shallow(asked, *lonely, inset))
+            normals = self._normals[below.triangles]
+            at, found = np.concatenate([at, out]), _joined(found, below)
+            targets, apart = np.concatenate([targets, below.points - inset * normals]), np.concatenate([apart, normals])
+        return Pairs(asked.corners[at], asked.shares[at], targets, apart, found.distances, asked.weights[at])
 
     def from_source(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
         """Samples of the source and their places on the deformed reference: reaches what the reference has missed."""
         asked, normals = self._samples.every(limits.stride), triangle_normals(mesh)
         allowed = lambda sample, triangle: self._allowed(mesh.triangles[triangle, 0], asked.triangles[sample])
-        at, found = _partners(asked, SurfaceIndex(mesh), normals, limits, allowed)
+        (at, found), _ = _partners(asked, SurfaceIndex(mesh), normals, limits, allowed)
         inside = ~on_border(mesh, self._reference_border, found.triangles, found.points)
-        at, points, triangles, distances = at[inside], found.points[inside], found.triangles[inside], found.distances[inside]
-        corners, targets = mesh.triangles[triangles], asked.points[at]
-        shares, apart = barycentric(points, mesh.vertices[corners]), _apart(points - targets, normals[triangles], limits)
-        return Pairs(corners, shares, targets, apart, distances, asked.weights[at])
+        at, found = at[inside], _chosen(found, inside)
+        corners, targets = mesh.triangles[found.triangles], asked.points[at]
+        shares, apart = barycentric(found.points, mesh.vertices[corners]), _apart(found.points - targets, normals[found.triangles], limits)
+        return Pairs(corners, shares, targets, apart, found.distances, asked.weights[at])
+
+    def _off_border(self, at: np.ndarray, found: ClosestPoints) -> tuple[np.ndarray, ClosestPoints]:
+        inside = ~on_border(self._source.mesh, self._source_border, found.triangles, found.points)
+        return at[inside], _chosen(found, inside)
+
+    def _shallow(self, asked: SurfaceSamples, at: np.ndarray, found: ClosestPoints, inset: float) -> tuple[np.ndarray, ClosestPoints]:
+        """Of samples and their closest points on the source those that are not deep inside their own body."""
+        heights = _dot(asked.points[at] - found.points, self._normals[found.triangles])
+        kept = (heights > -inset) & self._allowed(asked.corners[at, 0], found.triangles)
+        return at[kept], _chosen(found, kept)
 
     def _allowed(self, vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
         return np.ones(len(vertex), dtype=bool) if self._compatible is None else self._compatible(vertex, triangle)
@@ -104,12 +121,12 @@ class Correspondence:
 
 def _partners(
     asked: SurfaceSamples, surface: SurfaceIndex, normals: np.ndarray, limits: Limits, allowed: Allowed
-) -> tuple[np.ndarray, ClosestPoints]:
-    """Positions (K,) of the samples that have a partner on the surface, and the partners.
+) -> tuple[tuple[np.ndarray, ClosestPoints], tuple[np.ndarray, ClosestPoints]]:
+    """Positions (K,) of the samples that have a partner on the surface, and the partners; and those without, and what is closest.
 
     The partner is the closest point, where that may be. Where it may not (the other side of a thin part, or of a contact),
     it is the closest one that may, and then only if it lies straight above or below: else the surface that belongs
-    to the sample ends there, and what lies beside it is no partner.
+    to the sample ends there, and what lies beside it is no partner. What has nothing in reach is in neither list.
     """
 
     def fitting(sample: np.ndarray, triangle: np.ndarray) -> np.ndarray:
@@ -124,9 +141,17 @@ def _partners(
     again = surface.query(asked.points[refused], limits.distance, lambda query, triangle: fitting(refused[query], triangle))
     offsets = np.abs(_dot(asked.points[refused] - again.points, normals[again.triangles]))
     upright = (again.triangles >= 0) & (offsets > UPRIGHT * again.distances)
-    results = (getattr(found, name)[first] for name in ("points", "triangles", "distances"))
-    others = (getattr(again, name)[upright] for name in ("points", "triangles", "distances"))
-    return np.concatenate([first, refused[upright]]), ClosestPoints(*map(np.concatenate, zip(results, others)))
+    partners = np.concatenate([first, refused[upright]]), _joined(_chosen(found, first), _chosen(again, upright))
+    return partners, (refused[~upright], _chosen(found, refused[~upright]))
+
+
+def _chosen(found: ClosestPoints, which: np.ndarray) -> ClosestPoints:
+    return ClosestPoints(found.points[which], found.triangles[which], found.distances[which])
+
+
+def _joined(one: ClosestPoints, other: ClosestPoints) -> ClosestPoints:
+    both = [(getattr(one, name), getattr(other, name)) for name in ("points", "triangles", "distances")]
+    return ClosestPoints(*map(np.concatenate, both))
 
 
 def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

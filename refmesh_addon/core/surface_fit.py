@@ -18,7 +18,7 @@ from .arap import ArapSolver, Deformation
 from .closest_point import SurfaceIndex
 from .correspondence import Compatible, Correspondence, Limits, Pairs
 from .folds import Facing
-from .geometry import triangle_areas
+from .geometry import mean_edge_length, triangle_areas
 from .progress import Progress, ignore
 from .settings import DeformationSettings
 from .types import TriangleMesh, _FrozenArrays
@@ -36,6 +36,10 @@ EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 3
 
 # A vertex at a triangle that folded over keeps this share of its pull and gains the rest back by doubling, round by round.
 FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
+
+# How far below the source, in mean edge lengths, lies what it does not show, so that edges of triangles stay below as well.
+# In the second half of the rounds only: before, surface that sticks out may still be on its way to where it belongs.
+INSET = 0.3
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,7 @@ def fit_surface(
     """
     mesh = solver.mesh.moved(np.asarray(start, dtype=np.float64))
     rest, size = mesh, np.sqrt(triangle_areas(mesh).sum())
+    depth = INSET * mean_edge_length(mesh)
     correspondence = Correspondence(source, mesh, compatible)
     trust, touched = np.ones(len(start)), np.zeros(len(start), dtype=bool)
     rotations = np.tile(np.eye(3), (len(start), 1, 1))  # those of a start that is the rest shape
@@ -75,7 +80,7 @@ def fit_surface(
         early = number < settings.fit_rounds // 2
         last = number == settings.fit_rounds - 1
         limits = Limits(reach * size, cosine, 1 if last else EARLY_STRIDE if early else LATE_STRIDE)
-        pairs = correspondence.from_reference(mesh, limits), correspondence.from_source(mesh, limits)
+        pairs = correspondence.from_reference(mesh, limits, None if early else depth), correspondence.from_source(mesh, limits)
         distances = np.concatenate([side.distances for side in pairs])
         residuals[number] = distances.mean() if len(distances) else 0.0
         options = {"rest": rest.vertices, "rotations": rotations}

@@ -6,12 +6,16 @@ Both are told from the two surfaces alone, and not from what the deformation did
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .closest_point import ClosestPoints, SurfaceIndex
+from .correspondence import border_edges, on_border
 from .geometry import merged, triangle_normals
 from .holes import capped
+from .winding import winding_numbers
 
 FACING = -0.5  # greatest cosine between the normals of two surfaces that touch: 120 degrees
+JUST_AHEAD = 1e-7  # share of the diagonal: off the surface, and through nothing else
 BANDS = 2.0  # contacts are looked for in bands of depth, each so many times as deep as the one before ...
 SHALLOWEST = 1e-3  # ... from this share of the greatest depth on: a search is as wide as its band is deep
 
@@ -19,9 +23,11 @@ SHALLOWEST = 1e-3  # ... from this share of the greatest depth on: a search is a
 def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarray, np.ndarray], found: ClosestPoints) -> np.ndarray:
     """(N,) bool, whether a point of the deformed surface lies where the source has no surface.
 
-    samples : (N, 3) points on (N,) triangles of the deformed mesh.  found : their closest points on the source.
+    samples : (N, 3) points on (N,) triangles of the deformed mesh, closed.  found : their closest points on the source.
     In a contact is a point inside the source to which another part of the deformed surface, facing the other way, is nearer than
-    the source; a limb is never that thin, as its own surface is there. Over a hole is a point that is nearest to what closes the hole.
+    the source; a limb is never that thin, as its own surface is there. So is one with another part of the deformed
+    surface around it, and one inside the source that is nearer to such points than to the source.
+    Over a hole is a point that is nearest to what closes the hole, or to the rim, where the source ends.
     """
     return in_contact(deformed, source, samples, found) | over_hole(source, samples[0])
 
@@ -29,14 +35,27 @@ def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarr
 def in_contact(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarray, np.ndarray], found: ClosestPoints) -> np.ndarray:
     """(N,) bool, as in `unseen`."""
     points, triangles = samples
-    normals, result = triangle_normals(deformed.mesh), np.zeros(len(points), dtype=bool)
+    normals = triangle_normals(deformed.mesh)[triangles]
     outward = np.einsum("ni,ni->n", points - found.points, triangle_normals(source.mesh)[found.triangles])
     depths = np.where(outward < 0, found.distances, 0.0)
+    inner = np.flatnonzero(depths > 0)
+    ahead = points[inner] + JUST_AHEAD * source.mesh.diagonal * normals[inner]
+    result = _faced(deformed, points, normals, depths)
+    result[inner] |= winding_numbers(deformed.mesh, ahead) > 0
+    rest = inner[~result[inner]]
+    if result.any() and len(rest):
+        result[rest] = cKDTree(points[result]).query(points[rest])[0] < depths[rest]
+    return result
+
+
+def _faced(deformed: SurfaceIndex, points: np.ndarray, normals: np.ndarray, depths: np.ndarray) -> np.ndarray:
+    """(N,) bool, whether surface that faces a point is nearer than the source, `depths` away."""
+    result, every = np.zeros(len(points), dtype=bool), triangle_normals(deformed.mesh)
     least, greatest = 0.0, SHALLOWEST * depths.max(initial=0.0)
     while (depths > least).any():
         band = np.flatnonzero((depths > least) & (depths <= greatest))
-        own = normals[triangles[band]]
-        facing = lambda query, other, own=own: np.einsum("ni,ni->n", own[query], normals[other]) < FACING
+        own = normals[band]
+        facing = lambda query, other, own=own: np.einsum("ni,ni->n", own[query], every[other]) < FACING
         near = deformed.query(points[band], greatest, facing)
         result[band] = (near.triangles >= 0) & (near.distances < depths[band])
         least, greatest = greatest, BANDS * greatest
@@ -44,9 +63,13 @@ def in_contact(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.n
 
 
 def over_hole(source: SurfaceIndex, points: np.ndarray) -> np.ndarray:
-    """(N,) bool, whether the nearest point of the source with its holes closed is on what closes them."""
+    """(N,) bool, whether the nearest point of the source with its holes closed is on what closes them, or on their rim."""
     whole = merged(source.mesh)[0]
     closed = capped(whole)
     if closed is whole:
         return np.zeros(len(points), dtype=bool)
-    return SurfaceIndex(closed).query(points).triangles >= len(whole.triangles)
+    found = SurfaceIndex(closed).query(points)
+    result = found.triangles >= len(whole.triangles)
+    own = np.flatnonzero(~result)
+    result[own] = on_border(whole, border_edges(whole), found.triangles[own], found.points[own])
+    return result

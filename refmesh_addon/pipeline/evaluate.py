@@ -15,7 +15,7 @@ from .context import Context
 from .deform import Deformed
 from .stages import measure
 
-EVALUATION_SCHEMA = 2
+EVALUATION_SCHEMA = 3
 FIGURES = ("mean", "rms", "p99", "max")
 WAYS = ("source_to_deformed", "deformed_to_source", "visible_to_source")
 

@@ -94,3 +94,25 @@ def test_refused_pairs_are_left_out_in_both_directions():
         targets = side(reference, LIMITS).targets
         assert len(targets) > 5
         assert targets[:, 0].max() < 0.7
+
+
+def test_what_has_no_partner_and_sticks_out_belongs_just_below():
+    source, inset = sheet(7), 0.05
+    targets = {}
+    for height in (0.1, -0.04, -0.06):
+        inner_side = flipped(sheet(5, height))  # faces against the source: a second layer, which the source does not show
+        correspondence = Correspondence(SurfaceIndex(source), inner_side)
+        assert len(correspondence.from_reference(inner_side, LIMITS).targets) == 0
+        pairs = correspondence.from_reference(inner_side, LIMITS, inset)
+        targets[height] = pairs.targets[:, 2]
+        assert_allclose(np.abs(pairs.normals), np.tile([0.0, 0.0, 1.0], (len(pairs.normals), 1)), atol=1e-12)
+    assert len(targets[0.1]) == len(targets[-0.04]) > 20
+    assert_allclose(np.concatenate(list(targets.values())), -inset, atol=1e-12)
+    assert len(targets[-0.06]) == 0
+
+
+def test_what_sticks_out_of_another_body_stays():
+    inner_side = flipped(sheet(5, 0.1))
+    nowhere = lambda vertices, triangles: np.zeros(len(vertices), dtype=bool)
+    pairs = Correspondence(SurfaceIndex(sheet(7)), inner_side, nowhere).from_reference(inner_side, LIMITS, 0.05)
+    assert len(pairs.targets) == 0

@@ -12,6 +12,7 @@ from refmesh_addon.core.settings import DeformationSettings
 from refmesh_addon.core.surface_fit import fit_surface
 from refmesh_addon.core.types import TriangleMesh
 from tests.core.bending_bar import bar, bent
+from tests.core.shapes import ball, joined
 
 SETTINGS = DeformationSettings()
 REFERENCE = bar(60, 24, uneven=0.15, seed=1)
@@ -122,6 +123,21 @@ def test_a_tip_that_was_missed_is_reached():
     before = SurfaceIndex(REFERENCE.moved(short)).query(source.vertices[tip]).distances
     after = SurfaceIndex(REFERENCE.moved(result.vertices)).query(source.vertices[tip]).distances
     assert after.max() < 0.15 * before.max()
+
+
+def test_a_hidden_layer_that_pokes_through_is_pushed_below():
+    """A ball within a ball, of one body: the source shows the outer one, and the inner one may not be seen through it."""
+    outer, source = ball(4), ball(4)
+    inner_side = TriangleMesh(outer.vertices, outer.triangles[:, ::-1])
+    both = joined(outer, inner_side.moved(0.9 * outer.vertices))
+    count, bump = len(outer.vertices), outer.vertices[:, 2] > 0.9
+    start = both.vertices.copy()
+    start[count:][bump] *= 1.04 / 0.9
+    outside = lambda positions: np.linalg.norm(positions[count:], axis=1) - 1.0
+    assert outside(start)[bump].min() > 0.03
+    fitted = fit_surface(ArapSolver(both), start, SurfaceIndex(source), SETTINGS)
+    assert outside(fitted.vertices).max() < 0
+    assert_allclose(fitted.vertices[:count], start[:count], atol=0.05 * mean_edge_length(outer))
 
 
 def test_a_source_out_of_reach_leaves_everything_in_place():

@@ -1,0 +1,82 @@
+"""How often a closed surface winds around a point: signed crossings of a ray, gathered by the cell of a grid across the rays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .types import TriangleMesh
+
+# Rays run along no axis and no plane that is likely to be modelled, so that they meet no edge or corner.
+DIRECTION = np.array([[0.836, -0.472, 0.279], [0.365, 0.855, 0.367], [-0.413, -0.205, 0.887]])
+PAIRS_AT_ONCE = 1 << 20  # of points and triangles: bounds the memory
+
+
+def winding_numbers(mesh: TriangleMesh, points: np.ndarray) -> np.ndarray:
+    """(N,) int: 0 outside, 1 inside, 2 where two parts of the surface run into each other.
+
+    mesh : closed, triangles counter-clockwise from outside.  points : (N, 3), none of them on the surface.
+    """
+    origin, frame = mesh.vertices.mean(axis=0), np.linalg.qr(DIRECTION.T)[0]
+    vertices, points = (mesh.vertices - origin) @ frame, (np.asarray(points, dtype=np.float64) - origin) @ frame
+    columns = _Columns(vertices, mesh.triangles)
+    result = np.zeros(len(points), dtype=np.int64)
+    cells, counts = columns.of(points)
+    ends = np.cumsum(counts)
+    for first, last in _batches(ends):
+        number = np.arange(first, last)
+        point = np.repeat(number, counts[number])
+        slot = np.arange(len(point)) - np.repeat(ends[number] - counts[number] - (ends[first] - counts[first]), counts[number])
+        triangle = columns.triangles[columns.starts[cells[point]] + slot]
+        result += np.bincount(point, _crossed(vertices, mesh.triangles[triangle], points[point]), len(points)).astype(np.int64)
+    return result
+
+
+class _Columns:
+    """Which triangles lie above or below each cell of a square grid.
+
+    triangles : cell after cell.  starts : where in it each cell begins.
+    """
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray):
+        self._side = max(1, int(np.sqrt(len(triangles))))
+        self._low = vertices[:, :2].min(axis=0)
+        self._cell = np.maximum(np.ptp(vertices[:, :2], axis=0), np.finfo(float).tiny) / self._side
+        corners = self._places(vertices)[triangles]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        size = high - low + 1
+        count = size.prod(axis=1)
+        owner = np.repeat(np.arange(len(triangles)), count)
+        slot = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        cell = (low[owner, 0] + slot // size[owner, 1]) * self._side + low[owner, 1] + slot % size[owner, 1]
+        order = np.argsort(cell, kind="stable")
+        self.triangles = owner[order]
+        self.starts = np.searchsorted(cell[order], np.arange(self._side**2 + 1))
+
+    def of(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The cell of each point and how many triangles that has; a point beside all of them has none."""
+        places = self._places(points)
+        cells = places[:, 0] * self._side + places[:, 1]
+        return cells, self.starts[cells + 1] - self.starts[cells]
+
+    def _places(self, points: np.ndarray) -> np.ndarray:
+        return np.clip((points[:, :2] - self._low) / self._cell, 0, self._side - 1).astype(np.int64)
+
+
+def _crossed(vertices: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(N,) 1 where the ray upward from a point leaves through its triangle, -1 where it enters, else 0."""
+    a, b, c = (vertices[corner] - points for corner in triangles.T)
+    sides = [first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] for first, second in ((b, c), (c, a), (a, b))]
+    signs = np.sign(sides)
+    through = np.abs(signs.sum(axis=0)) == 3
+    height = sides[0] * a[:, 2] + sides[1] * b[:, 2] + sides[2] * c[:, 2]  # times the sum of the sides
+    return np.where(through & (height * signs[0] > 0), signs[0], 0.0)
+
+
+def _batches(ends: np.ndarray):
+    """Ranges of points with at most PAIRS_AT_ONCE pairs each, or one point."""
+    first = 0
+    while first < len(ends):
+        before = ends[first - 1] if first else 0
+        last = max(first + 1, int(np.searchsorted(ends, before + PAIRS_AT_ONCE, side="right")))
+        yield first, last
+        first = last
