@@ -1,4 +1,4 @@
-"""Surface that no camera could see because two bodies touch there."""
+"""Whose surface is whose where two bodies touch, and what no camera could see there."""
 
 from __future__ import annotations
 
@@ -9,6 +9,20 @@ from .closest_point import SurfaceIndex
 from .geometry import triangle_normals, vertex_normals
 from .mapping import INWARD
 from .types import TriangleMesh
+
+
+NEAR, HARDLY_FARTHER = 8, 0.5  # most centers that a triangle may belong to, and how much farther than the nearest, in s, they may be
+
+
+def possible_owners(mesh: TriangleMesh, centers: np.ndarray, spacing: float) -> np.ndarray:
+    """(T, k) the center nearest to a point just inside each triangle, and those hardly farther; repeated where there are fewer.
+
+    centers : (C, 3).  spacing : s, scene units. A capture joins bodies that touch by a surface across the crease between them: just
+    inside one of them, beside the crease, the other's center may be nearer.
+    """
+    inner = mesh.vertices[mesh.triangles].mean(axis=1) - INWARD * spacing * triangle_normals(mesh)
+    distance, near = cKDTree(centers).query(inner, k=np.arange(1, min(NEAR, len(centers)) + 1), workers=-1)
+    return np.where(distance <= distance[:, :1] + HARDLY_FARTHER * spacing, near, near[:, :1])
 
 
 def behind_contact(

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.arap import ArapSolver
 from ..core.closest_point import SurfaceIndex
-from ..core.contact import behind_contact
+from ..core.contact import behind_contact, possible_owners
 from ..core.correspondence import Compatible
 from ..core.folds import Facing, unfolded
 from ..core.geometry import mean_edge_length
@@ -60,13 +60,12 @@ class ReferenceDeformer:
         angles in radians.
         """
         carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
-        source = FrameMap(mesh, centers, self._group.affinity, self._group.spacing)
         index, turns = SurfaceIndex(mesh), carrier.rotations_to(centers)
         start = carrier.to(centers).vertices
         handles, goals = self._matched(start, turns, mesh)
         posed = self._posed(handles, goals, start)
         owners = carrier.binding.owners
-        compatible = self._compatible(owners, source.binding.owners[mesh.triangles[:, 0]])
+        compatible = self._compatible(owners, possible_owners(mesh, centers, self._group.spacing))
         fitted = fit_surface(self._solver, posed, index, self._settings, compatible)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns, index))
         facing = Facing(self._mesh, turns, index)
@@ -97,8 +96,8 @@ class ReferenceDeformer:
         return self._solver.deform(handles, goals, start, **options).vertices
 
     def _compatible(self, own: np.ndarray, others: np.ndarray) -> Compatible:
-        """own : (R,) centers of the reference vertices.  others : (T,) centers of the frame's triangles."""
-        return lambda vertices, triangles: self._akin[own[vertices], others[triangles]]
+        """own : (R,) centers of the reference vertices.  others : (T, k) those that the frame's triangles may belong to."""
+        return lambda vertices, triangles: self._akin[own[vertices, None], others[triangles]].any(axis=1)
 
 
 _latest: list[ReferenceDeformer] = []  # of this process: frames come group by group, and one group fits any memory

@@ -5,7 +5,7 @@ from numpy.testing import assert_array_equal
 from scipy import sparse
 
 from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.contact import behind_contact, inside
+from refmesh_addon.core.contact import behind_contact, inside, possible_owners
 from refmesh_addon.core.mapping import bind
 from tests.core.shapes import ball, box, joined
 
@@ -51,6 +51,18 @@ def test_one_body_hides_nothing_in_itself():
     mesh, centers, akin, owners = pair(0.0)
     source = SurfaceIndex(box((2 * SIDE, SIDE, SIDE), 3))
     assert not behind_contact(mesh, owners, centers, np.ones_like(akin), source, STEP).any()
+
+
+def test_triangles_beside_the_contact_may_belong_to_either_body():
+    mesh, centers, akin, _ = pair(0.0)
+    found = possible_owners(mesh, centers, STEP)
+    inner = mesh.vertices[mesh.triangles].mean(axis=1)
+    bodies = np.where(akin[0][found], 0, 1)
+    assert_array_equal(bodies[:, 0], np.repeat([0, 1], len(bodies) // 2))  # the nearest is the own one's
+    either = (bodies != bodies[:, :1]).any(axis=1)
+    side = (np.abs(inner[:, 1:]) > 0.49 * SIDE).any(axis=1)
+    assert either[side & (np.abs(inner[:, 0]) < 0.1 * STEP)].all()
+    assert not either[np.abs(inner[:, 0]) > 0.5 * STEP].any()
 
 
 def test_inside_is_behind_the_surface():
