@@ -10,7 +10,6 @@ from .geometry import triangle_normals, vertex_normals
 from .mapping import INWARD
 from .types import TriangleMesh
 
-
 NEAR, HARDLY_FARTHER = 8, 0.5  # most centers that a triangle may belong to, and how much farther than the nearest, in s, they may be
 
 
