@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .closest_point import SurfaceIndex
 from .geometry import triangle_normals, vertex_normals
 from .mapping import INWARD
 from .types import TriangleMesh
+from .winding import Enclosed
 
 NEAR, HARDLY_FARTHER = 8, 0.5  # most centers that a triangle may belong to, and how much farther than the nearest, in s, they may be
 
@@ -25,12 +25,12 @@ def possible_owners(mesh: TriangleMesh, centers: np.ndarray, spacing: float) -> 
 
 
 def behind_contact(
-    mesh: TriangleMesh, owners: np.ndarray, centers: np.ndarray, akin: np.ndarray, source: SurfaceIndex, spacing: float
+    mesh: TriangleMesh, owners: np.ndarray, centers: np.ndarray, akin: np.ndarray, enclosed: Enclosed, spacing: float
 ) -> np.ndarray:
     """(R,) bool, whether a vertex lies inside the source with another body in front of it.
 
     mesh : the reference deformed to the frame.  owners : (R,) the center of each vertex.  centers : (C, 3) in the frame.
-    akin : (C, C) bool, whether two centers may belong to one body.  source : the frame's surface.  spacing : s, scene units.
+    akin : (C, C) bool, whether two centers may belong to one body.  enclosed : by the frame's surface.  spacing : s, scene units.
 
     In front is a step of INWARD s along the outward normal, as far as a vertex looks inward for its own center. What is
     merely deep in its own body has its own centers in front of it and does not count.
@@ -39,12 +39,5 @@ def behind_contact(
     nearest = cKDTree(centers).query(ahead, workers=-1)[1]
     result = ~akin[owners, nearest]
     doubtful = np.flatnonzero(result)
-    result[doubtful] = inside(source, mesh.vertices[doubtful]) & inside(source, ahead[doubtful])
+    result[doubtful] = enclosed(mesh.vertices[doubtful]) & enclosed(ahead[doubtful])
     return result
-
-
-def inside(surface: SurfaceIndex, points: np.ndarray) -> np.ndarray:
-    """(N,) bool, whether each of (N, 3) points lies behind the surface at its closest point."""
-    found = surface.query(points)
-    normals = triangle_normals(surface.mesh)[found.triangles]
-    return np.einsum("ij,ij->i", points - found.points, normals) < 0

@@ -16,6 +16,7 @@ from .closest_point import Allowed, ClosestPoints, SurfaceIndex
 from .geometry import TINY, normalized, triangle_normals
 from .surface_samples import SurfaceSampler, SurfaceSamples
 from .types import TriangleMesh, _FrozenArrays
+from .winding import Enclosed, enclosed_by
 
 # compatible(vertex_ids, triangle_ids) -> bool for each pair: may this reference vertex lie on this source triangle?
 Compatible = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -64,22 +65,26 @@ class Correspondence:
     source : the frame's surface; seams (coinciding vertices) are seen as closed.
     reference : its triangles count, not its positions.
     compatible : pairs it refuses are never joined; None allows all.
+    enclosed : by the source; found out where it is None.
     """
 
-    def __init__(self, source: SurfaceIndex, reference: TriangleMesh, compatible: Compatible | None = None):
+    def __init__(
+        self, source: SurfaceIndex, reference: TriangleMesh, compatible: Compatible | None = None, enclosed: Enclosed | None = None
+    ):
         self._source, self._compatible = source, compatible
+        self._enclosed = enclosed or enclosed_by(source.mesh)
         self._normals = triangle_normals(source.mesh)
         self._source_border = border_edges(source.mesh)
         self._reference_border = border_edges(reference)
         self._samples = SurfaceSampler(source.mesh).of(source.mesh)
         self._sampler = SurfaceSampler(reference)
 
-    def from_reference(self, mesh: TriangleMesh, limits: Limits, inset: float | None = None) -> Pairs:
+    def from_reference(self, mesh: TriangleMesh, limits: Limits, inset: float = 0.0) -> Pairs:
         """Samples of the deformed reference and their places on the source.
 
         Samples whose partner lies on the border of a hole have none: the hole is where the source has no surface.
         inset : scene units. Samples without a partner that stick out of the source, or lie less deep than this in it, have their
-        place this deep below it: surface that the source does not show can only be inside. None leaves them alone.
+        place this deep below it: surface that the source does not show can only be inside. 0 leaves them alone.
         """
         asked = self._sampler.of(mesh).every(limits.stride)
         allowed = lambda sample, triangle: self._allowed(asked.corners[sample, 0], triangle)
@@ -87,7 +92,7 @@ class Correspondence:
         at, found = self._off_border(*paired)
         apart = _apart(asked.points[at] - found.points, self._normals[found.triangles], limits)
         targets = found.points
-        if inset is not None:
+        if inset:
             out, below = self._off_border(*self._shallow(asked, *lonely, inset))
             normals = self._normals[below.triangles]
             at, found = np.concatenate([at, out]), _joined(found, below)
@@ -111,8 +116,11 @@ class Correspondence:
 
     def _shallow(self, asked: SurfaceSamples, at: np.ndarray, found: ClosestPoints, inset: float) -> tuple[np.ndarray, ClosestPoints]:
         """Of samples and their closest points on the source those that are not deep inside their own body."""
+        kept = self._allowed(asked.corners[at, 0], found.triangles)
+        at, found = at[kept], _chosen(found, kept)
         heights = _dot(asked.points[at] - found.points, self._normals[found.triangles])
-        kept = (heights > -inset) & self._allowed(asked.corners[at, 0], found.triangles)
+        shallow = (found.distances < inset) & (heights < -UPRIGHT * found.distances)
+        kept = np.where(self._enclosed(asked.points[at]), shallow, heights > 0)
         return at[kept], _chosen(found, kept)
 
     def _allowed(self, vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:

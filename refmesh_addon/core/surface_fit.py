@@ -22,6 +22,7 @@ from .geometry import mean_edge_length, triangle_areas
 from .progress import Progress, ignore
 from .settings import DeformationSettings
 from .types import TriangleMesh, _FrozenArrays
+from .winding import Enclosed
 
 # Each from the first to the last round, in equal ratios.
 PULL = (1.0, 300.0)  # weight of a pair, where an edge of a regular mesh weighs 0.58; the last leaves noise, not misfit, to ARAP
@@ -60,18 +61,20 @@ def fit_surface(
     source: SurfaceIndex,
     settings: DeformationSettings,
     compatible: Compatible | None = None,
+    enclosed: Enclosed | None = None,
     progress: Progress = ignore,
 ) -> FitResult:
     """The deformation near `start` that lies on the source.
 
     start : (R, 3) deformed reference, scene units, off the source by a few edge lengths at most.
     compatible : (vertex ids, triangle ids) -> bool for each pair; pairs it refuses never pull, so a contact is not crossed.
+    enclosed : by the source; found out where it is None.
     Uses `settings.fit_rounds`; 0 gives the start back. Raises ValueError where start does not match the solver's mesh.
     """
     mesh = solver.mesh.moved(np.asarray(start, dtype=np.float64))
     rest, size = mesh, np.sqrt(triangle_areas(mesh).sum())
     depth = INSET * mean_edge_length(mesh)
-    correspondence = Correspondence(source, mesh, compatible)
+    correspondence = Correspondence(source, mesh, compatible, enclosed)
     trust, touched = np.ones(len(start)), np.zeros(len(start), dtype=bool)
     rotations = np.tile(np.eye(3), (len(start), 1, 1))  # those of a start that is the rest shape
     residuals = np.zeros(settings.fit_rounds)
@@ -80,7 +83,7 @@ def fit_surface(
         early = number < settings.fit_rounds // 2
         last = number == settings.fit_rounds - 1
         limits = Limits(reach * size, cosine, 1 if last else EARLY_STRIDE if early else LATE_STRIDE)
-        pairs = correspondence.from_reference(mesh, limits, None if early else depth), correspondence.from_source(mesh, limits)
+        pairs = correspondence.from_reference(mesh, limits, 0.0 if early else depth), correspondence.from_source(mesh, limits)
         distances = np.concatenate([side.distances for side in pairs])
         residuals[number] = distances.mean() if len(distances) else 0.0
         options = {"rest": rest.vertices, "rotations": rotations}

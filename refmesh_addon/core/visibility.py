@@ -12,7 +12,7 @@ from .closest_point import ClosestPoints, SurfaceIndex
 from .correspondence import border_edges, on_border
 from .geometry import merged, triangle_normals
 from .holes import capped
-from .winding import winding_numbers
+from .winding import Winding, enclosed_by
 
 FACING = -0.5  # greatest cosine between the normals of two surfaces that touch: 120 degrees
 JUST_AHEAD = 1e-7  # share of the diagonal: off the surface, and through nothing else
@@ -36,12 +36,12 @@ def in_contact(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.n
     """(N,) bool, as in `unseen`."""
     points, triangles = samples
     normals = triangle_normals(deformed.mesh)[triangles]
-    outward = np.einsum("ni,ni->n", points - found.points, triangle_normals(source.mesh)[found.triangles])
-    depths = np.where(outward < 0, found.distances, 0.0)
+    # Not told from the normal at the closest point: in the crease of a contact, the two sides' normals disagree.
+    depths = np.where(enclosed_by(source.mesh)(points), found.distances, 0.0)
     inner = np.flatnonzero(depths > 0)
     ahead = points[inner] + JUST_AHEAD * source.mesh.diagonal * normals[inner]
     result = _faced(deformed, points, normals, depths)
-    result[inner] |= winding_numbers(deformed.mesh, ahead) > 0
+    result[inner] |= Winding(deformed.mesh).of(ahead) > 0
     rest = inner[~result[inner]]
     if result.any() and len(rest):
         result[rest] = cKDTree(points[result]).query(points[rest])[0] < depths[rest]

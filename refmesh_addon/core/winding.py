@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from .geometry import merged
+from .holes import capped
 from .types import TriangleMesh
+
+Enclosed = Callable[[np.ndarray], np.ndarray]  # of (N, 3) points: (N,) bool
 
 # Rays run along no axis and no plane that is likely to be modelled, so that they meet no edge or corner.
 DIRECTION = np.array([[0.836, -0.472, 0.279], [0.365, 0.855, 0.367], [-0.413, -0.205, 0.887]])
 PAIRS_AT_ONCE = 1 << 20  # of points and triangles: bounds the memory
 
 
-def winding_numbers(mesh: TriangleMesh, points: np.ndarray) -> np.ndarray:
-    """(N,) int: 0 outside, 1 inside, 2 where two parts of the surface run into each other.
+class Winding:
+    """Built once from a closed surface, triangles counter-clockwise from outside; asked often."""
 
-    mesh : closed, triangles counter-clockwise from outside.  points : (N, 3), none of them on the surface.
-    """
-    origin, frame = mesh.vertices.mean(axis=0), np.linalg.qr(DIRECTION.T)[0]
-    vertices, points = (mesh.vertices - origin) @ frame, (np.asarray(points, dtype=np.float64) - origin) @ frame
-    columns = _Columns(vertices, mesh.triangles)
-    result = np.zeros(len(points), dtype=np.int64)
-    cells, counts = columns.of(points)
-    ends = np.cumsum(counts)
-    for first, last in _batches(ends):
-        number = np.arange(first, last)
-        point = np.repeat(number, counts[number])
-        slot = np.arange(len(point)) - np.repeat(ends[number] - counts[number] - (ends[first] - counts[first]), counts[number])
-        triangle = columns.triangles[columns.starts[cells[point]] + slot]
-        result += np.bincount(point, _crossed(vertices, mesh.triangles[triangle], points[point]), len(points)).astype(np.int64)
-    return result
+    def __init__(self, mesh: TriangleMesh):
+        self._origin, self._frame = mesh.vertices.mean(axis=0), np.linalg.qr(DIRECTION.T)[0]
+        self._vertices, self._triangles = self._turned(mesh.vertices), mesh.triangles
+        self._columns = _Columns(self._vertices, mesh.triangles)
+
+    def of(self, points: np.ndarray) -> np.ndarray:
+        """(N,) int for (N, 3) points, none of them on the surface: 0 outside, 1 inside, 2 where two parts of it run into each other."""
+        points = self._turned(np.asarray(points, dtype=np.float64))
+        result = np.zeros(len(points), dtype=np.int64)
+        cells, counts = self._columns.of(points)
+        ends = np.cumsum(counts)
+        for first, last in _batches(ends):
+            number = np.arange(first, last)
+            point = np.repeat(number, counts[number])
+            slot = np.arange(len(point)) - np.repeat(ends[number] - counts[number] - (ends[first] - counts[first]), counts[number])
+            triangle = self._columns.triangles[self._columns.starts[cells[point]] + slot]
+            crossed = _crossed(self._vertices, self._triangles[triangle], points[point])
+            result[first:last] = np.bincount(point - first, crossed, last - first)
+        return result
+
+    def _turned(self, points: np.ndarray) -> np.ndarray:
+        return (points - self._origin) @ self._frame
+
+
+def enclosed_by(mesh: TriangleMesh) -> Enclosed:
+    """Tells of points whether they lie in what a capture encloses, its holes closed. Inside-out patches enclose as well."""
+    winding = Winding(capped(merged(mesh)[0]))
+    return lambda points: winding.of(points) != 0
 
 
 class _Columns:

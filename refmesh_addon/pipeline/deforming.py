@@ -20,6 +20,7 @@ from ..core.patches import PATCH_RADIUS, Patches, surface_patches
 from ..core.settings import DeformationSettings
 from ..core.surface_fit import fit_surface
 from ..core.types import TriangleMesh
+from ..core.winding import enclosed_by
 from .stages import GroupCenters
 
 KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
@@ -66,7 +67,8 @@ class ReferenceDeformer:
         posed = self._posed(handles, goals, start)
         owners = carrier.binding.owners
         compatible = self._compatible(owners, possible_owners(mesh, centers, self._group.spacing))
-        fitted = fit_surface(self._solver, posed, index, self._settings, compatible)
+        enclosed = enclosed_by(mesh)
+        fitted = fit_surface(self._solver, posed, index, self._settings, compatible, enclosed)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns, index))
         facing = Facing(self._mesh, turns, index)
         return {
@@ -74,7 +76,7 @@ class ReferenceDeformer:
             "keypoints": handles,
             "keypoint_targets": goals,
             "held": fitted.held,
-            "hidden": behind_contact(deformed, owners, centers, self._akin, index, self._group.spacing),
+            "hidden": behind_contact(deformed, owners, centers, self._akin, enclosed, self._group.spacing),
             "curled": facing.turned_over(deformed.vertices) & ~facing.folded(deformed.vertices),
             "turns": Rotation.from_matrix(turns).as_rotvec(),
         }

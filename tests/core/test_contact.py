@@ -4,10 +4,10 @@ import numpy as np
 from numpy.testing import assert_array_equal
 from scipy import sparse
 
-from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.contact import behind_contact, inside, possible_owners
+from refmesh_addon.core.contact import behind_contact, possible_owners
 from refmesh_addon.core.mapping import bind
-from tests.core.shapes import ball, box, joined
+from refmesh_addon.core.winding import enclosed_by
+from tests.core.shapes import box, joined
 
 SIDE, STEP = 1.0, 0.25
 
@@ -29,7 +29,7 @@ def pair(gap):
 
 def hidden(gap, source):
     mesh, centers, akin, owners = pair(gap)
-    return mesh, behind_contact(mesh, owners, centers, akin, SurfaceIndex(source), STEP)
+    return mesh, behind_contact(mesh, owners, centers, akin, enclosed_by(source), STEP)
 
 
 def test_the_faces_that_touch_are_hidden_and_nothing_else_is():
@@ -49,7 +49,7 @@ def test_bodies_apart_hide_nothing():
 
 def test_one_body_hides_nothing_in_itself():
     mesh, centers, akin, owners = pair(0.0)
-    source = SurfaceIndex(box((2 * SIDE, SIDE, SIDE), 3))
+    source = enclosed_by(box((2 * SIDE, SIDE, SIDE), 3))
     assert not behind_contact(mesh, owners, centers, np.ones_like(akin), source, STEP).any()
 
 
@@ -63,10 +63,3 @@ def test_triangles_beside_the_contact_may_belong_to_either_body():
     side = (np.abs(inner[:, 1:]) > 0.49 * SIDE).any(axis=1)
     assert either[side & (np.abs(inner[:, 0]) < 0.1 * STEP)].all()
     assert not either[np.abs(inner[:, 0]) > 0.5 * STEP].any()
-
-
-def test_inside_is_behind_the_surface():
-    points = np.random.default_rng(0).uniform(-1.5, 1.5, (500, 3))
-    distance = np.linalg.norm(points, axis=1)
-    clear = np.abs(distance - 1.0) > 0.02
-    assert_array_equal(inside(SurfaceIndex(ball()), points)[clear], distance[clear] < 1.0)

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 from refmesh_addon.core.closest_point import SurfaceIndex
 from refmesh_addon.core.correspondence import Correspondence, Limits, barycentric, border_edges, on_border
 from refmesh_addon.core.types import TriangleMesh
+from tests.core.shapes import box
 
 LIMITS = Limits(distance=0.5, cosine=0.5)
 
@@ -97,7 +98,7 @@ def test_refused_pairs_are_left_out_in_both_directions():
 
 
 def test_what_has_no_partner_and_sticks_out_belongs_just_below():
-    source, inset = sheet(7), 0.05
+    source, inset = box((1.0, 1.0, 1.0), 3, (0.5, 0.5, -0.5)), 0.05
     targets = {}
     for height in (0.1, -0.04, -0.06):
         inner_side = flipped(sheet(5, height))  # faces against the source: a second layer, which the source does not show
@@ -106,7 +107,7 @@ def test_what_has_no_partner_and_sticks_out_belongs_just_below():
         pairs = correspondence.from_reference(inner_side, LIMITS, inset)
         targets[height] = pairs.targets[:, 2]
         assert_allclose(np.abs(pairs.normals), np.tile([0.0, 0.0, 1.0], (len(pairs.normals), 1)), atol=1e-12)
-    assert len(targets[0.1]) == len(targets[-0.04]) > 20
+    assert min(len(targets[0.1]), len(targets[-0.04])) > 20
     assert_allclose(np.concatenate(list(targets.values())), -inset, atol=1e-12)
     assert len(targets[-0.06]) == 0
 

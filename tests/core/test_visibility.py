@@ -53,7 +53,7 @@ def test_the_end_of_a_narrow_slit_is_in_contact():
 
 
 def test_a_thin_sheet_that_misses_its_source_is_not_in_contact():
-    thin, source = box((1.0, 1.0, 0.02), 8), box((1.0, 1.0, 0.03), 8)
+    thin, source = box((1.0, 1.0, 0.02), 5), box((1.0, 1.0, 0.03), 5)
     assert not contact(thin, source)[1].any()
 
 
