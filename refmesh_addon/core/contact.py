@@ -10,7 +10,7 @@ from .mapping import INWARD
 from .types import TriangleMesh
 from .winding import Enclosed
 
-NEAR, HARDLY_FARTHER = 8, 0.5  # most centers that a triangle may belong to, and how much farther than the nearest, in s, they may be
+NEAR, HARDLY_FARTHER = 8, 0.1  # most centers that a triangle may belong to, and how much farther than the nearest, in s, they may be
 
 
 def possible_owners(mesh: TriangleMesh, centers: np.ndarray, spacing: float) -> np.ndarray:
