@@ -23,6 +23,7 @@ Compatible = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 TOUCHING = 1e-6  # share of the greatest distance below which an offset has no direction worth following
 UPRIGHT = 0.7  # least cosine between offset and normal for a partner that is not the closest point: above or below, never beside
+BESIDE = -0.1  # least agreement of the two normals for what lies beside: square to each other counts
 ON_EDGE = 1e-6  # barycentric weight below which a point counts as lying on the opposite edge; rounding stays far below
 
 
@@ -42,7 +43,7 @@ class Pairs(_FrozenArrays):
     corners : (K, 3) reference vertices around the point.  shares : (K, 3) their barycentric weights.
     targets : (K, 3) scene units.  normals : (K, 3) unit directions in which the two surfaces lie apart there.
     distances : (K,) from the point to its target, scene units.
-    weights : (K,) the area that the point stands for, as a share of the mean over all points asked.
+    weights : (K,) the area that the point stands for, as a share of the mean over all points asked, times how far it is trusted.
     """
 
     corners: np.ndarray
@@ -97,18 +98,27 @@ class Correspondence:
             normals = self._normals[below.triangles]
             at, found = np.concatenate([at, out]), _joined(found, below)
             targets, apart = np.concatenate([targets, below.points - inset * normals]), np.concatenate([apart, normals])
-        return Pairs(asked.corners[at], asked.shares[at], targets, apart, found.distances, asked.weights[at])
+        return Pairs(asked.corners[at], asked.shares[at], targets, apart, found.distances, _trusted(asked, at, found, limits))
 
-    def from_source(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
-        """Samples of the source and their places on the deformed reference: reaches what the reference has missed."""
+    def from_source(self, mesh: TriangleMesh, limits: Limits, beside: bool = False) -> Pairs:
+        """Samples of the source and their places on the deformed reference: reaches what the reference has missed.
+
+        beside : samples without a partner belong to the closest surface that is not turned away from them. Thus the walls of a crease
+        come together at its bottom, which faces neither.
+        """
         asked, normals = self._samples.every(limits.stride), triangle_normals(mesh)
         allowed = lambda sample, triangle: self._allowed(mesh.triangles[triangle, 0], asked.triangles[sample])
-        (at, found), _ = _partners(asked, SurfaceIndex(mesh), normals, limits, allowed)
+        index = SurfaceIndex(mesh)
+        (at, found), (lonely, _) = _partners(asked, index, normals, limits, allowed)
+        if beside:
+            nearest = index.query(asked.points[lonely], limits.distance, _fitting(asked, lonely, normals, BESIDE, allowed))
+            near = nearest.triangles >= 0
+            at, found = np.concatenate([at, lonely[near]]), _joined(found, _chosen(nearest, near))
         inside = ~on_border(mesh, self._reference_border, found.triangles, found.points)
         at, found = at[inside], _chosen(found, inside)
         corners, targets = mesh.triangles[found.triangles], asked.points[at]
         shares, apart = barycentric(found.points, mesh.vertices[corners]), _apart(found.points - targets, normals[found.triangles], limits)
-        return Pairs(corners, shares, targets, apart, found.distances, asked.weights[at])
+        return Pairs(corners, shares, targets, apart, found.distances, _trusted(asked, at, found, limits))
 
     def _off_border(self, at: np.ndarray, found: ClosestPoints) -> tuple[np.ndarray, ClosestPoints]:
         inside = ~on_border(self._source.mesh, self._source_border, found.triangles, found.points)
@@ -136,21 +146,31 @@ def _partners(
     it is the closest one that may, and then only if it lies straight above or below: else the surface that belongs
     to the sample ends there, and what lies beside it is no partner. What has nothing in reach is in neither list.
     """
-
-    def fitting(sample: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        good = _dot(asked.normals[sample], normals[triangle]) > limits.cosine
-        good[good] = allowed(sample[good], triangle[good])
-        return good
-
     found = surface.query(asked.points, limits.distance)
     near = np.flatnonzero(found.triangles >= 0)
-    good = fitting(near, found.triangles[near])
+    good = _fitting(asked, near, normals, limits.cosine, allowed)(np.arange(len(near)), found.triangles[near])
     first, refused = near[good], near[~good]
-    again = surface.query(asked.points[refused], limits.distance, lambda query, triangle: fitting(refused[query], triangle))
+    again = surface.query(asked.points[refused], limits.distance, _fitting(asked, refused, normals, limits.cosine, allowed))
     offsets = np.abs(_dot(asked.points[refused] - again.points, normals[again.triangles]))
     upright = (again.triangles >= 0) & (offsets > UPRIGHT * again.distances)
     partners = np.concatenate([first, refused[upright]]), _joined(_chosen(found, first), _chosen(again, upright))
     return partners, (refused[~upright], _chosen(found, refused[~upright]))
+
+
+def _fitting(asked: SurfaceSamples, samples: np.ndarray, normals: np.ndarray, cosine: float, allowed: Allowed) -> Allowed:
+    """Whether each of some of the samples, by position among these, may have a triangle: their normals agree, and nothing forbids it."""
+
+    def fitting(query: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+        good = _dot(asked.normals[samples[query]], normals[triangle]) > cosine
+        good[good] = allowed(samples[query[good]], triangle[good])
+        return good
+
+    return fitting
+
+
+def _trusted(asked: SurfaceSamples, at: np.ndarray, found: ClosestPoints, limits: Limits) -> np.ndarray:
+    """Weights (K,) of samples at these positions: Tukey's biweight fades out what is nearly too far, where chance pairs are many."""
+    return asked.weights[at] * (1.0 - (found.distances / limits.distance) ** 2) ** 2
 
 
 def _chosen(found: ClosestPoints, which: np.ndarray) -> ClosestPoints:

@@ -39,8 +39,8 @@ EARLY_STRIDE, LATE_STRIDE, SLIDES = 9, 3, 3
 FOLD_TRUST, TRUST_GROWTH = 0.1, 2.0
 
 # How far below the source, in mean edge lengths, lies what it does not show, so that edges of triangles stay below as well.
-# In the second half of the rounds only: before, surface that sticks out may still be on its way to where it belongs.
-INSET = 0.3
+# In the second half of the rounds only, as for what lies beside: before, surface may still be on its way to where it belongs.
+INSET = 0.15
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def fit_surface(
         early = number < settings.fit_rounds // 2
         last = number == settings.fit_rounds - 1
         limits = Limits(reach * size, cosine, 1 if last else EARLY_STRIDE if early else LATE_STRIDE)
-        pairs = correspondence.from_reference(mesh, limits, 0.0 if early else depth), correspondence.from_source(mesh, limits)
+        pairs = correspondence.from_reference(mesh, limits, 0.0 if early else depth), correspondence.from_source(mesh, limits, not early)
         distances = np.concatenate([side.distances for side in pairs])
         residuals[number] = distances.mean() if len(distances) else 0.0
         options = {"rest": rest.vertices, "rotations": rotations}

@@ -22,7 +22,7 @@ from .deforming import GroupShape, deform_reference
 from .refer import Group
 from .tracked import Tracked
 
-DEFORMATION_SCHEMA = 6
+DEFORMATION_SCHEMA = 7
 FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
 
 

@@ -83,6 +83,17 @@ def test_rows_turn_vertices_into_the_points_below_their_targets():
         assert_allclose(points - pairs.targets, np.tile([0.0, 0.0, 0.1], (len(points), 1)), atol=1e-12)
 
 
+def test_trust_falls_with_the_distance_and_ends_at_the_limit():
+    def weights(height):
+        reference = sheet(5, height)
+        pairs = Correspondence(SurfaceIndex(sheet(7)), reference).from_reference(reference, LIMITS)
+        return pairs.weights / Correspondence(SurfaceIndex(sheet(7)), reference).from_reference(reference, Limits(1e9, 0.5)).weights
+
+    trust = [weights(share * LIMITS.distance) for share in (0.01, 0.5, 0.99)]
+    for found, expected in zip(trust, (1.0, 0.5625, 0.0), strict=True):
+        assert_allclose(found, expected, atol=1e-3)
+
+
 def test_refused_pairs_are_left_out_in_both_directions():
     reference, source = sheet(5, height=0.1), sheet(7)
 
@@ -110,6 +121,15 @@ def test_what_has_no_partner_and_sticks_out_belongs_just_below():
     assert min(len(targets[0.1]), len(targets[-0.04])) > 20
     assert_allclose(np.concatenate(list(targets.values())), -inset, atol=1e-12)
     assert len(targets[-0.06]) == 0
+
+
+def test_the_bottom_of_a_crease_belongs_to_its_walls():
+    source, wall = sheet(7), sheet(5)
+    wall = wall.moved(np.column_stack([wall.vertices[:, 2] - 0.01, wall.vertices[:, 1], wall.vertices[:, 0] - 0.5]))  # upright, beside it
+    for mesh, found in ((wall, True), (flipped(sheet(5, 0.1)), False)):  # what is turned away never
+        correspondence = Correspondence(SurfaceIndex(source), mesh)
+        assert len(correspondence.from_source(mesh, LIMITS).targets) == 0
+        assert (len(correspondence.from_source(mesh, LIMITS, beside=True).targets) > 10) == found
 
 
 def test_what_sticks_out_of_another_body_stays():
