@@ -1,18 +1,22 @@
 """Exact closest points on a triangle mesh, vectorised over the queries.
 
-Let x be the closest point of a triangle to a query q, b their distance. The line from q to x is square to the triangle,
-or to the edge that holds x, so one corner c of the triangle (one end of that edge) has |q - c|^2 = b^2 + |x - c|^2, and
-|x - c| is at most the longest edge over sqrt(3). Only triangles with a corner that near can win. This bound adds squares,
-so however far the query, few corners pass it. For the tree to list corners in that order, with long edges and short ones, it has a
-fourth axis: the squared distance to a corner lifted by sqrt(w - w_c) is |q - c|^2 - w_c + w, where w_c is the greatest such share
-of a triangle around c and w that of all. Of the triangles found, those go whose sphere is farther than b; a good b to
-begin with comes from the triangle with the nearest middle.
+Let b be the distance of a query q from a triangle. Only triangles whose smallest sphere, middle m and radius r, is as near can
+win: |q - m| <= b + r. For a tree to list them in about that order, large and small ones, it has a fourth axis: the squared
+distance to a middle lifted by sqrt(R^2 - r^2), where R is the greatest radius, is |q - m|^2 - r^2 + R^2, and then at most (b + R)^2.
+Close to the surface a handful pass, and most queries are done with the first few.
+
+Far from it many would. Let x be the closest point of a triangle. The line from q to x is square to the triangle, or to the edge that
+holds x, so one corner c of the triangle (one end of that edge) has |q - c|^2 = b^2 + |x - c|^2, and |x - c| is at most the
+longest edge over sqrt(3). Only triangles with a corner that near can win, and as this bound adds squares, few corners pass it
+however far the query. They are lifted likewise, by sqrt(w - w_c), where w_c is the greatest such share of a triangle around c and
+w that of all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 from scipy import sparse
@@ -20,9 +24,9 @@ from scipy.spatial import cKDTree
 
 from .types import TriangleMesh, _FrozenArrays
 
-FIRST_CORNERS = 8  # corners fetched for every query; settles most of them
-MORE_CORNERS = 4  # times as many in each further round for the rest
-BLOCK = 1 << 15  # corners fetched at once: what is made of them then stays in the processor's cache
+FIRST = 8  # spheres fetched for every query, which settle most of them, and then corners for the rest
+MORE_CORNERS = 4  # times as many in each further round
+BLOCK = 1 << 15  # spheres or corners fetched at once: what is made of them then stays in the processor's cache
 COARSEST = 2.0  # longest edge of a piece, in median longest edges of the triangles
 MOST_PIECES = 4  # pieces per triangle in the mean, beyond that pieces stay larger and searches slower ...
 SPARE_PIECES = 1000  # ... and this many for a mesh of a few triangles
@@ -59,15 +63,16 @@ class SurfaceIndex:
         axes = np.ascontiguousarray((mesh.vertices - self._middle).T)
         triangles, longest = _longest_first(axes, mesh.triangles.T)
         self._planes = _planes(axes, triangles)
-        nodes, pieces, self._owners, longest = _pieces(axes, triangles, longest)
-        around = sparse.csr_matrix((np.ones(pieces.size), (pieces.ravel(), np.tile(np.arange(pieces.shape[1]), 3))))
-        self._around, self._starts = around.indices, around.indptr  # pieces at each node, node after node
-        covers = np.maximum.reduceat(longest[self._around] ** 2 / 3.0, np.minimum(self._starts[:-1], len(self._around) - 1))
-        self._widest = float(covers.max())
-        self._spheres = _spheres(nodes, pieces)
+        self._nodes, self._pieces, self._owners, self._longest = _pieces(axes, triangles, longest)
+        self._spheres = _smallest_spheres(self._nodes, self._pieces)
         self._rounding = ROUNDING * float(np.abs(axes).max()) ** 2
-        self._tree = cKDTree(np.vstack([nodes[:, : len(covers)], np.sqrt(self._widest - covers)]).T, balanced_tree=False)
-        self._middles = cKDTree(self._spheres[:3].T, balanced_tree=False)
+        self._largest = float(self._spheres[3].max())
+        lift = np.sqrt(self._largest**2 - self._spheres[3] ** 2)
+        self._tree = cKDTree(np.vstack([self._spheres[:3], lift]).T, balanced_tree=False)
+
+    @cached_property
+    def _corners(self) -> _Corners:
+        return _Corners(self._nodes, self._pieces, self._longest)
 
     def query(self, points: np.ndarray, max_distance: float = np.inf, allowed: Allowed | None = None) -> ClosestPoints:
         """Closest surface point of each of (N, 3) points, on the triangles that are allowed for it.
@@ -76,18 +81,26 @@ class SurfaceIndex:
         """
         points = np.asarray(points, dtype=np.float64)
         search = _Search(self, points - self._middle, float(max_distance), allowed)
-        active, count = np.arange(len(points)), min(FIRST_CORNERS, self._tree.n)
-        for at in range(0, len(points), BLOCK):
-            search.begin(active[at : at + BLOCK])
+        active, count = _in_blocks(search.begin, np.arange(len(points)), BLOCK // FIRST), FIRST
         while len(active):
-            rows = max(1, BLOCK // count)
-            active = np.concatenate([search.advance(active[at : at + rows], count) for at in range(0, len(active), rows)])
-            if count == self._tree.n:
+            active = _in_blocks(partial(search.advance, count=count), active, max(1, BLOCK // count))
+            if count >= self._corners.tree.n:
                 break
-            count = min(MORE_CORNERS * count, self._tree.n)
+            count *= MORE_CORNERS
         found = search.owners >= 0
         closest = np.where(found[:, None], search.closest + self._middle, points)
         return ClosestPoints(closest, search.owners, np.where(found, np.sqrt(search.squares), np.inf))
+
+
+class _Corners:
+    """The nodes of the pieces in a tree, lifted.  widest : w.  around, starts : the pieces at each node, node after node."""
+
+    def __init__(self, nodes: np.ndarray, pieces: np.ndarray, longest: np.ndarray):
+        around = sparse.csr_matrix((np.ones(pieces.size), (pieces.ravel(), np.tile(np.arange(pieces.shape[1]), 3))))
+        self.around, self.starts = around.indices, around.indptr
+        covers = np.maximum.reduceat(longest[self.around] ** 2 / 3.0, np.minimum(self.starts[:-1], len(self.around) - 1))
+        self.widest = float(covers.max())
+        self.tree = cKDTree(np.vstack([nodes[:, : len(covers)], np.sqrt(self.widest - covers)]).T, balanced_tree=False)
 
 
 class _Search:
@@ -96,39 +109,52 @@ class _Search:
     def __init__(self, index: SurfaceIndex, points: np.ndarray, max_distance: float, allowed: Allowed | None):
         self._index, self._points, self._allowed = index, points, allowed
         self._axes = np.ascontiguousarray(points.T)
-        self._limit = np.sqrt(max_distance**2 + index._widest) * (1 + SLACK)
+        self._greatest = max_distance
         self.squares = np.full(len(points), max_distance**2)
         self.owners = np.full(len(points), -1)
         self.closest = points.copy()
 
-    def begin(self, queries: np.ndarray) -> None:
-        """Measures to the triangle with the nearest middle: rules out most of the others."""
-        self._measure(queries, self._index._owners[self._index._middles.query(self._points[queries])[1]])
+    def begin(self, queries: np.ndarray) -> np.ndarray:
+        """Looks at the triangles with the nearest spheres; returns the queries for which others can win."""
+        limit = (self._greatest + self._index._largest) * (1 + SLACK)
+        distance, piece = self._fetched(self._index._tree, queries, FIRST, limit)
+        found = np.isfinite(distance[:, 0])
+        self._measure(queries[found], self._index._owners[piece[found, 0]])  # most often the winner: rules out most others
+        rows, columns = np.nonzero(distance <= self._touching(queries)[:, None])
+        self._improve(queries[rows], piece[rows, columns])
+        return queries[distance[:, -1] <= self._touching(queries)]
 
-    def advance(self, active: np.ndarray, count: int) -> np.ndarray:
-        """Looks at the nearest `count` corners of the active queries; returns those that need more.
+    def advance(self, queries: np.ndarray, count: int) -> np.ndarray:
+        """Looks at the triangles around the nearest `count` corners; returns the queries that need more.
 
-        All of them, also those of the round before: of corners equally far, the two rounds may have fetched different ones.
+        All of the corners, also those of the round before: of corners equally far, the two rounds may have fetched different ones.
         """
-        points = np.column_stack([self._points[active], np.zeros(len(active))])
-        distance, corner = self._index._tree.query(points, k=np.arange(1, count + 1), distance_upper_bound=self._limit)
-        self._improve(active, distance**2, corner)
-        return active[distance[:, -1] ** 2 <= self._reach(active)]
+        corners = self._index._corners
+        distance, corner = self._fetched(corners.tree, queries, count, np.sqrt(self._greatest**2 + corners.widest) * (1 + SLACK))
+        rows, columns = np.nonzero(distance**2 <= self._reach(queries)[:, None])
+        corner = corner[rows, columns]
+        around = corners.starts[corner + 1] - corners.starts[corner]
+        slot = np.repeat(corners.starts[corner] - np.cumsum(around) + around, around) + np.arange(around.sum())
+        self._improve(np.repeat(queries[rows], around), corners.around[slot])
+        return queries[distance[:, -1] ** 2 <= self._reach(queries)]
+
+    def _fetched(self, tree: cKDTree, queries: np.ndarray, count: int, limit: float) -> tuple[np.ndarray, np.ndarray]:
+        """(N, k) distances to the nearest `count` or all lifted points, and which they are; inf beyond the limit."""
+        points = np.column_stack([self._points[queries], np.zeros(len(queries))])
+        return tree.query(points, k=np.arange(1, min(count, tree.n) + 1), distance_upper_bound=limit)
+
+    def _touching(self, queries: np.ndarray) -> np.ndarray:
+        """Distance of the farthest lifted sphere whose triangle can win."""
+        return (np.sqrt(self.squares[queries] + self._index._rounding) + self._index._largest) * (1 + SLACK)
 
     def _reach(self, query):
         """Squared distance of the farthest lifted corner whose triangles can win."""
-        return (self.squares[query] + self._index._rounding + self._index._widest) * (1 + SLACK)
+        return (self.squares[query] + self._index._rounding + self._index._corners.widest) * (1 + SLACK)
 
-    def _improve(self, active, square, corner):
-        """Measures to the triangles around (N, k) lifted corners at the given squared distances."""
-        index = self._index
-        rows, columns = np.nonzero(square <= self._reach(active)[:, None])
-        corner = corner[rows, columns]
-        around = index._starts[corner + 1] - index._starts[corner]
-        slot = np.repeat(index._starts[corner] - np.cumsum(around) + around, around) + np.arange(around.sum())
-        query, piece = np.repeat(active[rows], around), index._around[slot]
-        near = (index._owners[piece] != self.owners[query]) & self._touched(query, piece)
-        self._measure(query[near], index._owners[piece[near]])
+    def _improve(self, query: np.ndarray, piece: np.ndarray) -> None:
+        """Measures to the piece's triangle in each pair where its sphere is near enough; equal queries stand together."""
+        near = (self._index._owners[piece] != self.owners[query]) & self._touched(query, piece)
+        self._measure(query[near], self._index._owners[piece[near]])
 
     def _touched(self, query: np.ndarray, piece: np.ndarray) -> np.ndarray:
         """Whether a piece's sphere is as near as the best found."""
@@ -180,12 +206,24 @@ def _planes(axes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.vstack([start, along, across, _cross(along, across), length, x, _dot(offset, across)])
 
 
-def _spheres(axes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(4, N) middle and radius of a sphere around each of (3, N) triangles of (3, V) vertices."""
+def _smallest_spheres(axes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(4, N) middle and radius of the smallest sphere around each of (3, N) triangles of (3, V) vertices, longest edge first."""
     corners = [axes.take(corner, axis=1) for corner in triangles]
-    middle = (corners[0] + corners[1] + corners[2]) / 3.0
+    edge, side = corners[1] - corners[0], corners[2] - corners[0]
+    long, short, shared = _dot(edge, edge), _dot(side, side), _dot(edge, side)
+    area = long * short - shared**2
+    acute = (short > shared) & (area > SLACK * long * short)  # at the third corner; if not, or no area, the longest edge's middle serves
+    doubled = np.where(acute, 2.0 * area, 1.0)
+    along = np.where(acute, short * (long - shared), 0.5) / doubled
+    across = np.where(acute, long * (short - shared), 0.0) / doubled
+    middle = corners[0] + along * edge + across * side
     squares = [_dot(corner - middle, corner - middle) for corner in corners]
     return np.vstack([middle, np.sqrt(np.maximum.reduce(squares))])
+
+
+def _in_blocks(work: Callable[[np.ndarray], np.ndarray], items: np.ndarray, size: int) -> np.ndarray:
+    parts = [work(items[at : at + size]) for at in range(0, len(items), size)]
+    return np.concatenate(parts) if parts else items
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
