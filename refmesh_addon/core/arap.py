@@ -25,7 +25,7 @@ from scipy import sparse
 
 from .cotangent import cotangent_weights, spokes, triangle_adjacency
 from .factor import factored
-from .geometry import TINY, triangle_areas, vertex_components
+from .geometry import TINY, triangle_areas, triangles_at, vertex_components
 from .smooth_rotations import SmoothRotations
 from .types import TriangleMesh, _FrozenArrays
 
@@ -60,7 +60,8 @@ class ArapSolver:
         self.laplacian = (sparse.diags(_row_sums(self.weights)) - self.weights).tocsr()
         centred = mesh.vertices - mesh.vertices.mean(axis=0)
         spread = 2.0 * _dot(centred, self.laplacian @ centred) - self.laplacian @ _dot(centred, centred)
-        self.local_step = SmoothRotations(triangle_adjacency(mesh), smoothness * self.area, spread)
+        self.adjacency = triangle_adjacency(mesh)
+        self.local_step = SmoothRotations(self.adjacency, smoothness * self.area, spread)
         self.component_count, self.components = vertex_components(mesh)
         self._last: tuple[bytes, ArapSystem] | None = None
         self._rest: tuple[np.ndarray, tuple] | None = None
@@ -109,7 +110,7 @@ class ArapSolver:
 
         The balance of the two terms of the energy stays that of the whole.
         """
-        triangles = self.mesh.triangles[chosen[self.mesh.triangles].any(axis=1)]
+        triangles = self.mesh.triangles[triangles_at(self.mesh, chosen)]
         kept, compact = np.unique(triangles, return_inverse=True)
         mesh = TriangleMesh(self.mesh.vertices[kept], compact.reshape(-1, 3))
         return kept, ArapSolver(mesh, self.smoothness * self.area / max(float(triangle_areas(mesh).sum()), float(TINY)))
@@ -227,7 +228,7 @@ class _State:
         rest = steady + ahead - system.matrix @ self.positions[free]
         step = way = system.factor.solve(rest)
         size, moves = np.vdot(rest, step), np.zeros_like(self.positions)
-        for _ in range(self.slides):
+        for slide in range(self.slides):
             if not size > 0:
                 break
             moves[free] = way
@@ -235,6 +236,8 @@ class _State:
             pulled = system.matrix @ way - (system.pull @ (along - normals * _dot(normals, along)[:, None]))[free]
             share = size / np.vdot(way, pulled)
             self.positions[free] += share * way
+            if slide == self.slides - 1:
+                break
             rest = rest - share * pulled
             step = system.factor.solve(rest)
             before, size = size, np.vdot(rest, step)

@@ -8,8 +8,7 @@ from scipy.sparse import csgraph
 
 from .arap import ArapSolver
 from .closest_point import SurfaceIndex
-from .cotangent import triangle_adjacency
-from .geometry import area_vectors, mean_edge_length
+from .geometry import area_vectors, mean_edge_length, triangles_at
 from .types import TriangleMesh
 
 REACH = 4  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
@@ -27,7 +26,7 @@ class Facing:
     """
 
     def __init__(self, rest: TriangleMesh, rotations: np.ndarray, source: SurfaceIndex | None = None):
-        self._triangles, self._source = rest.triangles, source
+        self._mesh, self._source = rest, source
         flat = rotations.reshape(-1, 9)
         mixed = sum(flat.take(corner, axis=0) for corner in rest.triangles.T).reshape(-1, 3, 3)
         self._directions = np.einsum("tij,tj->ti", mixed, area_vectors(rest))
@@ -36,18 +35,18 @@ class Facing:
         """(S,) bool, whether a triangle points away from where it should.  among : only these triangles."""
         result = self.turned_over(vertices, among)
         if self._source is not None and result.any():
-            result[result] = ~facing_alike(TriangleMesh(vertices, self._triangles[among][result]), self._source)
+            result[result] = ~facing_alike(TriangleMesh(vertices, self._mesh.triangles[among][result]), self._source)
         return result
 
     def turned_over(self, vertices: np.ndarray, among: np.ndarray | slice = slice(None)) -> np.ndarray:
         """The same, whatever the source does."""
-        normals = area_vectors(TriangleMesh(vertices, self._triangles[among]))
+        normals = area_vectors(TriangleMesh(vertices, self._mesh.triangles[among]))
         return np.einsum("ti,ti->t", self._directions[among], normals) < 0
 
     def corners_of_folded(self, vertices: np.ndarray, moved: np.ndarray, known: np.ndarray) -> np.ndarray:
         """Corners of triangles at (R,) bool moved vertices that are folded though they are not among the (S,) bool known ones."""
-        near = np.flatnonzero(moved[self._triangles].any(axis=1) & ~known)
-        return np.unique(self._triangles[near[self.folded(vertices, near)]])
+        near = np.flatnonzero(triangles_at(self._mesh, moved) & ~known)
+        return np.unique(self._mesh.triangles[near[self.folded(vertices, near)]])
 
 
 def facing_alike(mesh: TriangleMesh, source: SurfaceIndex) -> np.ndarray:
@@ -72,21 +71,21 @@ def unfolded(
     are left. Where this would take a vertex beyond the LEASH, the folds there stay. At the end all go back as far as they can.
     """
     fitted, facing = vertices, Facing(solver.mesh, rotations, source)
-    mesh, leash = solver.mesh, LEASH * mean_edge_length(solver.mesh.moved(shape))
+    leash = LEASH * mean_edge_length(solver.mesh.moved(shape))
     for attempt in range(REACH):
         folded = facing.folded(vertices)
         if not folded.any():
             break
-        loose = _around(mesh, folded, attempt + 1)
+        loose = _around(solver, folded, attempt + 1)
         moved = _relaxed(solver, vertices, shape, loose, HOLD * LOOSER**attempt)
         strays = loose & (np.linalg.norm(moved - vertices, axis=1) > leash)
-        vertices = np.where((loose & ~_connected(mesh, loose, strays))[:, None], moved, vertices)
+        vertices = np.where((loose & ~_connected(solver, loose, strays))[:, None], moved, vertices)
     return approached(facing, vertices, fitted)
 
 
 def _relaxed(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, loose: np.ndarray, keep: float) -> np.ndarray:
     """(R, 3) vertices of which the (R,) bool loose ones lie as rigidly as possible between the others, which stay."""
-    kept, part = solver.part(_around(solver.mesh, loose[solver.mesh.triangles].any(axis=1), 0))
+    kept, part = solver.part(_around(solver, triangles_at(solver.mesh, loose), 0))
     fixed, result = np.flatnonzero(~loose[kept]), vertices.copy()
     system = part.system(sparse.csr_matrix((0, len(kept))), np.empty(0), fixed, keep)
     result[kept] = system.solve(np.empty((0, 3)), vertices[kept], TURNS, rest=shape[kept], fixed_targets=vertices[kept[fixed]]).vertices
@@ -118,18 +117,18 @@ def _moved(facing: Facing, vertices: np.ndarray, goal: np.ndarray, chosen: np.nd
     return moved, stay
 
 
-def _around(mesh: TriangleMesh, triangles: np.ndarray, rings: int) -> np.ndarray:
-    """(R,) bool, vertices of (S,) bool triangles and of so many rings around them."""
-    result = np.zeros(len(mesh.vertices), dtype=bool)
-    result[mesh.triangles[triangles]] = True
-    neighbours = triangle_adjacency(mesh)
+def _around(solver: ArapSolver, triangles: np.ndarray, rings: int) -> np.ndarray:
+    """(R,) bool, vertices of (S,) bool triangles of the solver's mesh and of so many rings around them."""
+    result = np.zeros(len(solver.mesh.vertices), dtype=bool)
+    result[solver.mesh.triangles[triangles]] = True
     for _ in range(rings):
-        result |= (neighbours @ result) > 0
+        result |= (solver.adjacency @ result) > 0
     return result
 
 
-def _connected(mesh: TriangleMesh, area: np.ndarray, seeds: np.ndarray) -> np.ndarray:
+def _connected(solver: ArapSolver, area: np.ndarray, seeds: np.ndarray) -> np.ndarray:
     """(R,) bool, vertices of the (R,) bool area in a connected piece of it that holds a seed."""
-    inside = sparse.diags(area.astype(float))
-    labels = csgraph.connected_components(inside @ triangle_adjacency(mesh) @ inside, directed=False)[1]
-    return area & np.isin(labels, labels[seeds])
+    inside, result = np.flatnonzero(area), np.zeros(len(area), dtype=bool)
+    labels = csgraph.connected_components(solver.adjacency[inside][:, inside], directed=False)[1]
+    result[inside] = np.isin(labels, labels[seeds[inside]])
+    return result

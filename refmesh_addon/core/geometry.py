@@ -13,8 +13,16 @@ TINY = np.finfo(np.float64).tiny  # keeps 0 / 0 away from degenerate triangles w
 
 def area_vectors(mesh: TriangleMesh) -> np.ndarray:
     """Unit normal times area of each triangle, (T, 3), scene units squared."""
-    a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)
-    return 0.5 * np.cross(b - a, c - a)
+    axes = np.ascontiguousarray(mesh.vertices.T)  # whole axes take half the time of np.cross on rows
+    a, b, c = (axes.take(corner, axis=1) for corner in mesh.triangles.T)
+    u, v = b - a, c - a
+    return 0.5 * np.stack([u[y] * v[z] - u[z] * v[y] for y, z in ((1, 2), (2, 0), (0, 1))], axis=1)
+
+
+def triangles_at(mesh: TriangleMesh, chosen: np.ndarray) -> np.ndarray:
+    """(T,) bool, whether a triangle has a corner among the (V,) bool chosen vertices."""
+    a, b, c = (chosen.take(corner) for corner in mesh.triangles.T)
+    return a | b | c
 
 
 def triangle_areas(mesh: TriangleMesh) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .geometry import TINY, mean_edge_length, vertex_normals
+from .geometry import TINY, edges, vertex_normals
 from .types import TriangleMesh
 
 DEGREE = 2
@@ -22,13 +22,15 @@ def steadied(mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames
     mesh : its triangles count.  vertices : (F, R, 3) in successive frames, scene units.  times : (F,) ascending, any unit.
     frames : how many to either side have a say; 0 gives the vertices back, and fewer than four frames in all change nothing.
     """
+    ends = edges(mesh).T
     moves = np.tensordot(_parabolas(times, frames) - np.eye(len(vertices)), vertices, axes=1)
     for move, positions in zip(moves, vertices):
         surface = mesh.moved(positions)
         normals = vertex_normals(surface)
         move -= normals * np.einsum("ri,ri->r", move, normals)[:, None]
         length = np.linalg.norm(move, axis=1, keepdims=True)
-        move *= np.minimum(1.0, LEASH * mean_edge_length(surface) / np.maximum(length, TINY))
+        span = np.linalg.norm(positions[ends[0]] - positions[ends[1]], axis=1).mean() if ends.size else 0.0
+        move *= np.minimum(1.0, LEASH * span / np.maximum(length, TINY))
     return vertices + moves
 
 
