@@ -45,6 +45,16 @@ class Matches(_FrozenArrays):
     errors: np.ndarray
 
 
+def in_reach(positions: np.ndarray, places: np.ndarray, radius: float, settings: MatchSettings) -> np.ndarray:
+    """(K,) bool, which key points of a frame can have a partner at all: the others need no patches.
+
+    positions : (K, 3) of the frame's key points.  places, settings : as for `match_keypoints`.  radius : of the patches, scene units.
+    """
+    if not settings.guided or not len(places):
+        return np.full(len(positions), not settings.guided)
+    return cKDTree(places).query(positions)[0] <= settings.reach * radius
+
+
 def match_keypoints(
     reference: Patches, frame: Patches, places: np.ndarray, rotations: np.ndarray, settings: MatchSettings = MatchSettings()
 ) -> Matches:

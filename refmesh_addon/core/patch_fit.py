@@ -61,11 +61,11 @@ def _refined(moving: _Points, target: _Points, rotation: np.ndarray, fixed_point
 
 def _nearest(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Distance and index of the nearest of (N, m, 3) for each of (N, n, 3), and the other way round."""
-    squares = square_distances(a, b)
+    squares = square_distances(a.astype(np.float32), b.astype(np.float32))  # enough to tell which is nearest, in half the time
     there, back = squares.argmin(axis=2), squares.argmin(axis=1)
-    to = np.take_along_axis(squares, there[:, :, None], axis=2)[:, :, 0]
-    fro = np.take_along_axis(squares, back[:, None, :], axis=1)[:, 0]
-    return np.sqrt(np.maximum(to, 0.0)), there, np.sqrt(np.maximum(fro, 0.0)), back
+    to = np.linalg.norm(a - np.take_along_axis(b, there[:, :, None], axis=1), axis=2)
+    fro = np.linalg.norm(b - np.take_along_axis(a, back[:, :, None], axis=1), axis=2)
+    return to, there, fro, back
 
 
 def square_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..core.folds import Facing, unfolded
 from ..core.geometry import mean_edge_length
 from ..core.keypoints import find_keypoints
 from ..core.mapping import FrameMap
-from ..core.matching import MatchSettings, match_keypoints
+from ..core.matching import MatchSettings, in_reach, match_keypoints
 from ..core.patches import PATCH_RADIUS, Patches, surface_patches
 from ..core.settings import DeformationSettings
 from ..core.surface_fit import fit_surface
@@ -48,7 +48,7 @@ class ReferenceDeformer:
         self.key, self._mesh, self._group, self._settings = shape.key, shape.mesh, shape.centers, shape.settings
         self._solver = ArapSolver(shape.mesh, shape.settings.smoothness)
         self._length = mean_edge_length(shape.mesh)
-        self._patches = self._patches_of(shape.mesh)
+        self._patches = self._patches_at(shape.mesh, self._keypoints_of(shape.mesh))
         self._akin = (shape.centers.affinity > KIN).toarray()
 
     def to(self, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> dict[str, np.ndarray]:
@@ -81,14 +81,19 @@ class ReferenceDeformer:
             "turns": Rotation.from_matrix(turns).as_rotvec(),
         }
 
-    def _patches_of(self, mesh: TriangleMesh) -> Patches:
-        return surface_patches(mesh, find_keypoints(mesh, self._length), PATCH_RADIUS * self._length)
+    def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:
+        return find_keypoints(mesh, self._length)
+
+    def _patches_at(self, mesh: TriangleMesh, keypoints: np.ndarray) -> Patches:
+        return surface_patches(mesh, keypoints, PATCH_RADIUS * self._length)
 
     def _matched(self, start: np.ndarray, turns: np.ndarray, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
         """Vertices of the reference that have a partner among the key points of the frame, and the partners' (K, 3) positions."""
         settings = MatchSettings(guided=self._settings.keypoint_search == "guided", fixed_point=self._settings.keypoint_fit == "fixed")
-        own, theirs = self._patches, self._patches_of(mesh)
-        matches = match_keypoints(own, theirs, start[own.vertices], turns[own.vertices], settings)
+        own, found = self._patches, self._keypoints_of(mesh)
+        places = start[own.vertices]
+        theirs = self._patches_at(mesh, found[in_reach(mesh.vertices[found], places, own.radius, settings)])
+        matches = match_keypoints(own, theirs, places, turns[own.vertices], settings)
         return own.vertices[matches.reference], theirs.positions[matches.frame]
 
     def _posed(self, handles: np.ndarray, goals: np.ndarray, start: np.ndarray) -> np.ndarray:

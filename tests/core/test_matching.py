@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.geometry import mean_edge_length
 from refmesh_addon.core.keypoints import find_keypoints
-from refmesh_addon.core.matching import MatchSettings, match_keypoints
+from refmesh_addon.core.matching import MatchSettings, in_reach, match_keypoints
 from refmesh_addon.core.patches import surface_patches
 from refmesh_addon.core.types import TriangleMesh
 
@@ -113,6 +113,19 @@ def test_guided_candidates_lie_within_reach(bodies):
     matches = match_keypoints(reference, frame, places, turns(len(places)), MatchSettings(reach=0.1, threshold=9.0))
     assert len(matches.errors)
     assert np.linalg.norm(places[matches.reference] - frame.positions[matches.frame], axis=1).max() <= 0.1 * reference.radius
+
+
+def test_key_points_out_of_reach_are_in_no_match(bodies):
+    reference, frame = bodies
+    places, settings = motion(reference.positions)[::3], MatchSettings(threshold=9.0)
+    near = in_reach(frame.positions, places, reference.radius, settings)
+    gaps = np.linalg.norm(frame.positions[:, None] - places, axis=2).min(axis=1)
+    assert_array_equal(near, gaps <= settings.reach * reference.radius)
+    assert near.any() and not near.all()
+    third = surface_patches(lump(48, 0), reference.vertices[::3], reference.radius)
+    assert near[match_keypoints(third, frame, places, turns(len(places)), settings).frame].all()
+    assert in_reach(frame.positions, places, reference.radius, MatchSettings(guided=False)).all()
+    assert not in_reach(frame.positions, places[:0], reference.radius, settings).any()
 
 
 def test_scaling_both_changes_neither_partners_nor_errors(bodies):
