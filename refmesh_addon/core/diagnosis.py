@@ -11,6 +11,7 @@ from .findings import SEVERITIES, Finding
 from .geometry import merged, signed_volume, triangle_areas
 from .holes import boundary_edges, capped
 from .orientation import bodies_turned, patches_turned, turned_round
+from .seams import sewn
 from .types import TriangleMesh
 
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; the pipeline refuses more
@@ -46,7 +47,7 @@ class FrameFigures:
 
 def examine(mesh: TriangleMesh) -> dict[str, float]:
     """The figures of `FrameFigures` that come from the mesh alone."""
-    whole = merged(mesh)[0]
+    whole = sewn(merged(mesh)[0])
     areas = triangle_areas(whole)
     patches = patches_turned(whole)
     agreed = turned_round(whole, patches)

@@ -12,18 +12,19 @@ from ..core.check import RefMeshError
 from ..core.geometry import merged
 from ..core.holes import capped
 from ..core.orientation import bodies_turned, patches_turned, turned_round
+from ..core.seams import sewn
 from ..core.types import TriangleMesh
 from ..io.meshes import parse_mesh, read_bytes
 from ..io.sequence import Sequence
 from .cache import Cache, digest
 
-FRAME_SCHEMA = 2
+FRAME_SCHEMA = 3
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbour and the anchor; a long take never fills the memory
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
 
 class Frames:
-    """Meshes of a sequence by index, coincident vertices merged, oriented outward.
+    """Meshes of a sequence by index, seams closed, oriented outward.
 
     mesh(index) : as captured.  body(index) : the same with its holes capped, so that it encloses a volume.
     keys : of each frame, made from the bytes of its file.  diagonals : (F,) of the bounding boxes, scene units.
@@ -81,7 +82,7 @@ class Frames:
 
 
 def _parsed(data: bytes, path: Path) -> dict[str, np.ndarray]:
-    mesh = merged(parse_mesh(data, path))[0]
+    mesh = sewn(merged(parse_mesh(data, path))[0])
     mesh = turned_round(mesh, patches_turned(mesh))
     inside_out = bodies_turned(mesh)
     return {"vertices": mesh.vertices, "triangles": turned_round(mesh, inside_out).triangles, "inside_out": inside_out.any()}
