@@ -63,7 +63,7 @@ def deform(context: Context, tracked: Tracked, groups: list[Group]) -> Deformed:
 
 
 def _task(context: Context, tracked: Tracked, shape: GroupShape, group: Group, frame: int) -> tuple:
-    return shape, group.targets[frame], context.frames.mesh(frame), tracked.seen((group.frames[0], frame))[1]
+    return shape, group.targets[frame], context.frames.surface(frame), tracked.seen((group.frames[0], frame))[1]
 
 
 def _entry(context: Context, group: Group, frame: int) -> str:

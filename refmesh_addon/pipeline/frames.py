@@ -13,6 +13,7 @@ from ..core.geometry import merged
 from ..core.holes import capped
 from ..core.orientation import bodies_turned, patches_turned, turned_round
 from ..core.seams import sewn
+from ..core.specks import without_specks
 from ..core.types import TriangleMesh
 from ..io.meshes import parse_mesh, read_bytes
 from ..io.sequence import Sequence
@@ -26,7 +27,8 @@ LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the medi
 class Frames:
     """Meshes of a sequence by index, seams closed, oriented outward.
 
-    mesh(index) : as captured.  body(index) : the same with its holes capped, so that it encloses a volume.
+    mesh(index) : as captured.  surface(index) : the same without specks, what is followed and fitted.
+    body(index) : the surface with its holes capped, so that it encloses a volume.
     keys : of each frame, made from the bytes of its file.  diagonals : (F,) of the bounding boxes, scene units.
     Raises RefMeshError, naming the file, for a frame that cannot be used.
     """
@@ -47,7 +49,8 @@ class Frames:
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
-        self.body = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: capped(self.mesh(index)))
+        self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: without_specks(self.mesh(index)))
+        self.body = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: capped(self.surface(index)))
 
     def __len__(self) -> int:
         return len(self.keys)

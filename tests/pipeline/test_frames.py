@@ -59,6 +59,20 @@ def test_bodies_are_closed_and_meshes_are_as_captured(tmp_path):
     assert_array_equal(body.triangles[: len(mesh.triangles)], mesh.triangles)
 
 
+def test_specks_are_captured_but_no_part_of_the_body(tmp_path):
+    speck = ball(0.02, 1.2)
+    frames = Take(tmp_path, trimesh.util.concatenate([ball(), speck])).open()
+    assert len(frames.mesh(0).vertices) == len(ball().vertices) + len(speck.vertices)
+    assert len(frames.surface(0).vertices) == len(frames.body(0).vertices) == len(ball().vertices)
+
+
+def test_seams_open_by_a_hair_are_closed(tmp_path):
+    corners = ball().triangles.reshape(-1, 3)
+    moved = corners + np.random.default_rng(0).uniform(-1e-5, 1e-5, corners.shape)
+    frames = Take(tmp_path, trimesh.Trimesh(moved, np.arange(len(corners)).reshape(-1, 3), process=False)).open()
+    assert is_watertight(frames.mesh(0))
+
+
 def test_an_inside_out_frame_is_turned_round_and_named(tmp_path):
     inside_out = ball(shift=0.1)
     inside_out.invert()
