@@ -10,7 +10,8 @@ import numpy as np
 
 from .closest_point import SurfaceIndex
 from .cotangent import neighbour_middles, triangle_adjacency
-from .geometry import normalized, triangle_areas, triangle_normals, triangle_shapes, vertex_triangle_incidence
+from .geometry import normalized, triangle_normals, triangle_shapes
+from .tangents import along_surface
 from .types import TriangleMesh
 
 ROUNDS = 2  # of flips and smoothing; more of them even out what the collapses had fitted to the shape
@@ -18,7 +19,6 @@ FLIPS = 3  # passes of flips in a round
 FLATNESS = 0.8  # least cosine between the two triangles of an edge that is flipped, and between theirs before and after
 LEAST_GAIN = 0.02  # of the worse of the two qualities
 STEP = 0.5  # share of the way to the middle of the neighbours
-SHARP = 0.1  # share of the scatter of the normals around a vertex, along a direction, at which it no longer moves that way
 
 
 def evened(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
@@ -89,18 +89,8 @@ def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count
 def _smoothed(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
     """Each vertex part of the way to the middle of its neighbours, along the surface and back onto it; along a crease only on one."""
     step = neighbour_middles(triangle_adjacency(mesh), mesh.vertices) - mesh.vertices
-    moved = surface.query(mesh.vertices + STEP * _along_surface(mesh, step)).points
+    moved = surface.query(mesh.vertices + STEP * along_surface(mesh, step)).points
     return _without_damage(mesh, np.where(frozen[:, None], mesh.vertices, moved))
-
-
-def _along_surface(mesh: TriangleMesh, step: np.ndarray) -> np.ndarray:
-    """(V, 3) the part of steps in directions that the normals around a vertex do not point to: all of a plane, one of a crease."""
-    normals, area = triangle_normals(mesh), triangle_areas(mesh)
-    products = (area[:, None, None] * normals[:, :, None] * normals[:, None]).reshape(-1, 9)
-    values, axes = np.linalg.eigh((vertex_triangle_incidence(mesh) @ products).reshape(-1, 3, 3))
-    share = values / np.maximum(values.sum(axis=1, keepdims=True), np.finfo(float).tiny)
-    free = np.clip(1.0 - share / SHARP, 0.0, 1.0)
-    return np.einsum("vij,vj->vi", axes, free * np.einsum("vij,vi->vj", axes, step))
 
 
 def _without_damage(mesh: TriangleMesh, moved: np.ndarray) -> TriangleMesh:

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.geometry import mean_edge_length
 from refmesh_addon.core.steadiness import LEASH, steadied
-from tests.core.shapes import TILT, ball
+from tests.core.shapes import TILT, ball, box
 
 MESH = ball(3)
 LENGTH = mean_edge_length(MESH)
@@ -44,7 +44,8 @@ def test_speeding_up_evenly_is_left_alone():
 
 def test_frames_that_are_missing_do_not_matter_to_it():
     there = np.array([0, 1, 3, 4, 8])
-    places = flight(pace=0.0)[there]
+    each_its_own = np.random.default_rng(0).normal(size=MESH.vertices.shape)
+    places = (flight(pace=0.0) + 0.01 * LENGTH * each_its_own * np.arange(FRAMES)[:, None, None] ** 2)[there]
     assert_allclose(steadied(MESH, places, there, 2), places, atol=1e-12)
     assert np.abs(steady(places, 2) - places).max() > 0.01 * LENGTH
 
@@ -52,6 +53,21 @@ def test_frames_that_are_missing_do_not_matter_to_it():
 def test_turning_ever_faster_is_hardly_touched():
     places = flight()
     assert np.linalg.norm(steady(places, 2) - places, axis=2).max() < 0.01 * LENGTH
+
+
+def test_a_jolt_of_the_whole_body_is_left_alone():
+    """No parabola follows it, but nothing trembles that all around shares."""
+    places = flight(pace=0.0) + np.sin(2.0 * np.arange(FRAMES))[:, None, None] * [0.3, 0.0, 0.1]
+    assert_allclose(steady(places, 2), places, atol=1e-9)
+
+
+def test_vertices_of_creases_stay_on_them_and_corners_where_they_are():
+    cube = box((2.0, 2.0, 2.0), subdivisions=4)
+    rng, sides = np.random.default_rng(0), np.isclose(np.abs(cube.vertices), 1.0)
+    trembling = np.stack([cube.vertices] * FRAMES) + 0.03 * np.where(sides, 0.0, rng.normal(size=(FRAMES, *cube.vertices.shape)))
+    result = steadied(cube, trembling, np.arange(FRAMES), 2)
+    assert_allclose(np.abs(result)[:, sides], 1.0, atol=1e-9)
+    assert acceleration(result) < 0.7 * acceleration(trembling)
 
 
 def test_trembling_along_the_surface_goes_and_vertices_come_nearer_to_the_truth():
@@ -86,8 +102,10 @@ def test_with_too_little_to_go_by_nothing_moves(frames, count):
 
 def test_no_vertex_moves_farther_than_its_leash():
     places = flight()
-    places[4] += 3.0 * LENGTH * np.array([0.0, 1.0, 0.0])
-    assert np.linalg.norm(steady(places, 2) - places, axis=2).max() <= (1 + 1e-9) * LEASH * LENGTH
+    places[4] += 3.0 * LENGTH * np.random.default_rng(0).normal(size=MESH.vertices.shape)
+    longest = [LEASH * mean_edge_length(MESH.moved(positions)) for positions in places]
+    moves = np.linalg.norm(steady(places, 2) - places, axis=2).max(axis=1)
+    assert (moves <= (1 + 1e-9) * np.array(longest)).all() and moves.max() > 0.9 * LEASH * LENGTH
 
 
 def test_turning_and_scaling_the_problem_does_so_to_the_answer():
@@ -105,5 +123,6 @@ def test_played_backwards_it_is_the_same():
 def test_frames_far_away_have_no_say():
     places = flight()
     other = places.copy()
-    other[-1] += 0.3 * LENGTH
+    other[-1] += 0.3 * LENGTH * np.random.default_rng(0).normal(size=MESH.vertices.shape)
+    assert np.abs(steady(other, 2) - steady(places, 2)).max() > 0.01 * LENGTH
     assert_array_equal(steady(other, 2)[:4], steady(places, 2)[:4])
