@@ -29,13 +29,14 @@ class Frames:
 
     mesh(index) : as captured.  surface(index) : the same without specks, what is followed and fitted.
     body(index) : the surface with its holes capped, so that it encloses a volume.
-    keys : of each frame, made from the bytes of its file.  diagonals : (F,) of the bounding boxes, scene units.
+    keys : of each frame, made from the bytes of its file.  counts : of its triangles.  diagonals : (F,) of the bounding boxes, scene units.
     Raises RefMeshError, naming the file, for a frame that cannot be used.
     """
 
     def __init__(self, sequence: Sequence, cache: Cache, warn: Callable[[str], None], progress: Callable[[int, float], None]):
         self.sequence, self._cache = sequence, cache
         self.keys: list[str] = []
+        self.counts: list[int] = []
         boxes = []
         for index, frame in enumerate(sequence.frames):
             progress(frame.number, index / len(sequence.frames))
@@ -44,6 +45,7 @@ class Frames:
             arrays = cache.load_or_make(self._entry(index), self.keys[-1], lambda data=data, path=frame.path: _parsed(data, path))
             if arrays["inside_out"]:
                 warn(f"{frame.path}: a body is inside out; its triangles are turned round")
+            self.counts.append(len(arrays["triangles"]))
             boxes.append((arrays["vertices"].min(axis=0), arrays["vertices"].max(axis=0)))
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)

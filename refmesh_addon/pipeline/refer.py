@@ -160,8 +160,7 @@ def _aligned_entry(context: Context, span: _Span, frame: int) -> str:
 
 
 def _budget(context: Context, span: tuple[int, ...]) -> int:
-    captured = [len(context.frames.mesh(frame).triangles) for frame in span]
-    return triangle_budget(context.settings.reference.triangles, captured)
+    return triangle_budget(context.settings.reference.triangles, [context.frames.counts[frame] for frame in span])
 
 
 def _write(context: Context, group: Group, aligned: dict[tuple[int, int], Arrays], self_intersections: int) -> None:
