@@ -112,7 +112,7 @@ class ReferenceSettings:
     )
     triangles: int = option(
         0,
-        "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames, and at least 20,000",
+        "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames, and at least 30,000",
         low=0,
         high=5_000_000,
     )
