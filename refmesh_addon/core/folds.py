@@ -8,13 +8,14 @@ from scipy.sparse import csgraph
 
 from .arap import ArapSolver
 from .closest_point import SurfaceIndex
-from .geometry import area_vectors, mean_edge_length, triangles_at
+from .geometry import area_vectors, mean_edge_length, triangle_areas, triangles_at
 from .types import TriangleMesh
 
-REACH = 4  # rings about a fold that may move at the last attempt; where that is not enough the fold stays, and is reported
+REACH = 4  # rings about a fold that may move at the last attempt, at least; where that is not enough the fold stays, and is reported
+EDGE = 0.0075  # share of the square root of the area that counts as an edge where edges are shorter: folds of a finer mesh have more rings
 HOLD, LOOSER = 40.0, 0.3  # pull of a loose vertex to its place at the first attempt, where an edge weighs 0.58, and from one to the next
 TURNS = 2  # local and global steps of each attempt
-LEASH = 1.0  # mean edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
+LEASH = 1.0  # edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
 STRIDES, STRIDE = 5, 0.5  # steps of vertices that cannot go all the way, and the share of what is left that each tries to go
 
 
@@ -71,8 +72,11 @@ def unfolded(
     are left. Where this would take a vertex beyond the LEASH, the folds there stay. At the end all go back as far as they can.
     """
     fitted, facing = vertices, Facing(solver.mesh, rotations, source)
-    leash = LEASH * mean_edge_length(solver.mesh.moved(shape))
-    for attempt in range(REACH):
+    kept = solver.mesh.moved(shape)
+    length = mean_edge_length(kept)
+    finer = max(1.0, EDGE * np.sqrt(triangle_areas(kept).sum()) / length)
+    leash = LEASH * finer * length
+    for attempt in range(round(finer * REACH)):
         folded = facing.folded(vertices)
         if not folded.any():
             break

@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
+from refmesh_addon.core import folds
 from refmesh_addon.core.arap import ArapSolver
 from refmesh_addon.core.closest_point import SurfaceIndex
 from refmesh_addon.core.folds import Facing, approached, folded_triangles, unfolded
-from refmesh_addon.core.geometry import mean_edge_length, triangle_normals
+from refmesh_addon.core.geometry import mean_edge_length, triangle_areas, triangle_normals
 from tests.core.bending_bar import bar, bent
 from tests.core.shapes import TILT
 
@@ -55,6 +56,20 @@ def test_folds_are_turned_back_and_all_else_stays():
     far = np.linalg.norm(pose[:, None] - pose[[100, 300]], axis=2).min(axis=1) > 6 * mean_edge_length(REFERENCE)
     assert 20 < far.sum()
     assert_array_equal(result[far], crossed[far])
+
+
+def test_a_finer_mesh_gives_way_as_far_as_a_coarse_one(monkeypatch):
+    """Not as few edges: its folds have as many more of them."""
+    fine = bar(120, 64, uneven=0.1)
+    near = np.linalg.norm(fine.vertices - fine.vertices[3000], axis=1)
+    push = 7.0 * mean_edge_length(fine) * np.exp(-((near / (3.0 * mean_edge_length(fine))) ** 2))
+    folded, turns = fine.vertices + push[:, None] * [1.0, 0.0, 0.0], np.tile(np.eye(3), (len(fine.vertices), 1, 1))
+    left = []
+    for edge in (0.0, 4.0 * mean_edge_length(fine) / np.sqrt(triangle_areas(fine).sum())):
+        monkeypatch.setattr(folds, "EDGE", edge)
+        result = unfolded(ArapSolver(fine), folded, fine.vertices, turns)
+        left.append(folded_triangles(fine.moved(result), fine, turns).sum())
+    assert left[0] > left[1] == 0
 
 
 def test_a_surface_without_folds_is_given_back():

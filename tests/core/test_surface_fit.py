@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from refmesh_addon.core import surface_fit
 from refmesh_addon.core.arap import ArapSolver
 from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry import mean_edge_length, triangle_normals, vertex_normals
+from refmesh_addon.core.geometry import mean_edge_length, triangle_areas, triangle_normals, vertex_normals
 from refmesh_addon.core.rotations import closest_rotations
 from refmesh_addon.core.settings import DeformationSettings
 from refmesh_addon.core.surface_fit import fit_surface
@@ -138,6 +139,16 @@ def test_a_hidden_layer_that_pokes_through_is_pushed_below():
     fitted = fit_surface(ArapSolver(both), start, SurfaceIndex(source), SETTINGS)
     assert outside(fitted.vertices).max() < 0
     assert_allclose(fitted.vertices[:count], start[:count], atol=0.05 * mean_edge_length(outer))
+
+
+def test_a_finer_mesh_reaches_no_more_edges_in_the_last_round(monkeypatch):
+    size, settings = np.sqrt(triangle_areas(REFERENCE).sum()), DeformationSettings(fit_rounds=1)
+    source = REFERENCE.moved(BENT + 0.8 * surface_fit.REACH[1] * size * vertex_normals(REFERENCE.moved(BENT)))
+    held = []
+    for edges in (surface_fit.LAST_EDGES, 0.5 * surface_fit.REACH[1] * size / MEAN_EDGE):
+        monkeypatch.setattr(surface_fit, "LAST_EDGES", edges)
+        held.append(fit(BENT, source, settings=settings).held.mean())
+    assert held[0] < 0.05 and held[1] > 0.95
 
 
 def test_a_source_out_of_reach_leaves_everything_in_place():
