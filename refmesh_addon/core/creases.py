@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .self_intersection import crossing_triangles
+from .self_intersection import still_crossing
 from .sparse_grid import SparseGrid
 from .types import TriangleMesh
 from .untangling import untangled
@@ -32,14 +32,16 @@ def sharpened(mesh: TriangleMesh, grid: SparseGrid, points: np.ndarray, normals:
     scaled = (mesh.vertices - grid.origin) / grid.cell
     low = np.floor(scaled)
     moved = mesh.vertices + grid.cell * _steps_to_planes(scaled, low + 0.5, (points - grid.origin) / grid.cell, normals)
+    changed = np.ones(len(mesh.triangles), dtype=bool)
     for _ in range(MOST_REPAIRS):
         sharp = mesh.moved(moved)
-        crossing = crossing_triangles(sharp)
+        crossing = still_crossing(sharp, changed)
         back = np.unique(mesh.triangles[crossing])
         back = back[(moved[back] != mesh.vertices[back]).any(axis=1)]
         if not len(back):
             return untangled(sharp, crossing)
         moved[back] = mesh.vertices[back]
+        changed = crossing | np.isin(mesh.triangles, back).any(axis=1)
     return untangled(mesh)
 
 

@@ -33,6 +33,23 @@ def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
     return crossing | np.isin(sides, np.sort(piercing, axis=1) @ [count, 1]).reshape(-1, 3).any(axis=1)
 
 
+def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
+    """(T,) as `crossing_triangles`, where no other triangles than the (T,) bool changed ones can cross one.
+
+    Those near them are looked at alone: a few of many, where a surface is mended.
+    """
+    result = np.zeros(len(mesh.triangles), dtype=bool)
+    if changed.any():
+        corners = mesh.vertices[mesh.triangles]
+        centers = corners.mean(axis=1)
+        radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
+        distance, _ = cKDTree(centers[changed]).query(centers, distance_upper_bound=2 * radii.max())
+        near = distance <= radii + radii[changed].max()
+        used, triangles = np.unique(mesh.triangles[near], return_inverse=True)
+        result[near] = crossing_triangles(TriangleMesh(mesh.vertices[used], triangles.reshape(-1, 3)))
+    return result
+
+
 def _near(vertices: np.ndarray, links: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Pairs (edge, triangle) whose bounding spheres meet, in blocks."""
     centers = vertices[triangles].mean(axis=1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.self_intersection import crossing_triangles
+from refmesh_addon.core.self_intersection import crossing_triangles, still_crossing
 from refmesh_addon.core.types import TriangleMesh
 
 from .bodies import BODIES
@@ -62,3 +62,18 @@ def test_a_pierced_triangle_and_what_pierces_it_both_count():
     vertices = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, -1], [1.1, 1, 1], [1, 1.1, 1], [9, 9, 9]])
     mesh = TriangleMesh(vertices, np.array([[0, 1, 2], [3, 4, 5], [1, 2, 6]]))
     assert_array_equal(crossing_triangles(mesh), [True, True, False])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_still_crosses_is_found_near_what_changed(seed):
+    rng = np.random.default_rng(seed)
+    sheets = [np.column_stack([*rng.uniform(0, 4, (2, 60)), np.full(60, 0.3 * level)]) for level in range(6)]
+    corners = np.concatenate(sheets)[:, None] + rng.uniform(-0.15, 0.15, (360, 3, 3)) * [1, 1, 0]
+    corners[::15] += [0, 0, 0.7] * rng.uniform(-1, 1, (24, 3, 1))  # these alone leave their sheet
+    mesh = TriangleMesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    changed = np.zeros(len(corners), bool)
+    changed[::15] = True
+    expected = crossing_triangles(mesh)
+    assert expected.any()
+    assert_array_equal(still_crossing(mesh, changed), expected)
+    assert not still_crossing(mesh, np.zeros(len(corners), bool)).any()
