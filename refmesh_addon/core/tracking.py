@@ -13,6 +13,7 @@ import numpy as np
 
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
+from .leaps import first_guess
 from .lloyd import Cells
 from .ownership import Ownership
 from .rigidity import Rigidity
@@ -64,7 +65,8 @@ def first_frame(volume: Volume, settings: TrackingSettings) -> TrackedFrame:
 def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
     """Centers carried from where `last` has them into the next frame's volume."""
     old, spacing = last.centers, last.affinity.spacing
-    centers, affinity, steps = old + INERTIA * (old - last.before), last.affinity, 0
+    centers = first_guess(old, old + INERTIA * (old - last.before), last.cells, volume.levels[0], spacing)
+    affinity, steps = last.affinity, 0
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MOST_STEPS[-len(volume.levels) :], strict=True):
         weights, ownership = affinity.weights(), Ownership(level)
         centers, taken = _settled(centers, Rigidity(weights, old), ownership, stop * spacing, most)

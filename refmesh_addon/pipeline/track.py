@@ -19,7 +19,7 @@ from .context import READING_SHARE, Context
 from .parallel import one_ahead
 from .tracked import Part, Tracked, frame_entry, report_tracking, volume_jumps
 
-TRACKING_SCHEMA = 4
+TRACKING_SCHEMA = 5
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimisation follow
 STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
 
