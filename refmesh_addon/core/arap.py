@@ -64,6 +64,7 @@ class ArapSolver:
         self.local_step = SmoothRotations(self.adjacency, smoothness * self.area, spread)
         self.component_count, self.components = vertex_components(mesh)
         self._last: tuple[bytes, ArapSystem] | None = None
+        self._own_rest: tuple | None = None
         self._rest: tuple[np.ndarray, tuple] | None = None
 
     def deform(
@@ -116,12 +117,21 @@ class ArapSolver:
         return kept, ArapSolver(mesh, self.smoothness * self.area / max(float(triangle_areas(mesh).sum()), float(TINY)))
 
     def rest_operators(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:
-        """`spokes` of a rest shape (R, 3), its transpose, and the sum of w_ij |p_i - p_j|^2; the last shape's are kept."""
+        """`spokes` of a rest shape (R, 3), its transpose, and the sum of w_ij |p_i - p_j|^2.
+
+        Those of the mesh itself and of the last other shape are kept.
+        """
+        if rest is self.mesh.vertices:
+            self._own_rest = self._own_rest or self._made_for(rest)
+            return self._own_rest
         if self._rest is None or not np.array_equal(self._rest[0], rest):
-            centred = rest - rest.mean(axis=0)
-            matrix = spokes(self.weights, centred)
-            self._rest = rest.copy(), (matrix, matrix.T.tocsr(), 2.0 * float(np.vdot(centred, self.laplacian @ centred)))
+            self._rest = rest.copy(), self._made_for(rest)
         return self._rest[1]
+
+    def _made_for(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:
+        centred = rest - rest.mean(axis=0)
+        matrix = spokes(self.weights, centred)
+        return matrix, matrix.T.tocsr(), 2.0 * float(np.vdot(centred, self.laplacian @ centred))
 
     def _check_handles(self, handles: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> None:
         count = len(self.mesh.vertices)

