@@ -51,7 +51,7 @@ def _leashed(surface: TriangleMesh, moves: np.ndarray, ends: np.ndarray) -> np.n
     """(R, 3) moves along the surface, none longer than the leash.  ends : (2, E) vertices of its edges."""
     moves = along_surface(surface, moves)
     span = np.linalg.norm(surface.vertices[ends[0]] - surface.vertices[ends[1]], axis=1).mean() if ends.size else 0.0
-    leash = max(LEASH * span, TINY)
+    leash = max(LEASH * float(span), float(TINY))
     return moves * leash / np.maximum(np.linalg.norm(moves, axis=1, keepdims=True), leash)
 
 
