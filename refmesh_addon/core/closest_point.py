@@ -67,7 +67,7 @@ class SurfaceIndex:
         self._spheres = _smallest_spheres(self._nodes, self._pieces)
         self._rounding = ROUNDING * float(np.abs(axes).max()) ** 2
         self._largest = float(self._spheres[3].max())
-        lift = np.sqrt(self._largest**2 - self._spheres[3] ** 2)
+        lift = np.sqrt((self._largest - self._spheres[3]) * (self._largest + self._spheres[3]))  # rounding makes no square negative here
         self._tree = cKDTree(np.vstack([self._spheres[:3], lift]).T, balanced_tree=False)
 
     @cached_property

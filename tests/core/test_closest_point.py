@@ -112,6 +112,15 @@ def test_moving_and_scaling_moves_and_scales_the_answer():
     assert_allclose(moved.distances, 1000 * plain.distances, rtol=1e-7, atol=1e-6)
 
 
+@pytest.mark.parametrize("size", [1.0, 0.6045155352799262, 0.3056069420988995, 0.8053751950637755, 0.08592948793264976])
+def test_the_largest_triangle_may_have_any_size(size):
+    """Its sphere, whose radius is the size, is lifted by nothing: some numbers have squares that depend on how they are taken."""
+    vertices = size * np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0.5, 0], [0, -0.5, 0]])
+    found = SurfaceIndex(TriangleMesh(vertices, [[0, 1, 2], [1, 0, 3]])).query([[0, 0.2 * size, 1], [0, -0.2 * size, 1]])
+    assert_array_equal(found.triangles, [0, 1])
+    assert_allclose(found.distances, 1.0)
+
+
 def test_every_query_is_answered_on_its_own():
     rng = np.random.default_rng(7)
     mesh, queries = sphere(), rng.normal(size=(40_000, 3))
