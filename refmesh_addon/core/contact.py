@@ -20,8 +20,13 @@ def possible_owners(mesh: TriangleMesh, centers: np.ndarray, spacing: float) -> 
     inside one of them, beside the crease, the other's center may be nearer.
     """
     inner = mesh.vertices[mesh.triangles].mean(axis=1) - INWARD * spacing * triangle_normals(mesh)
-    distance, near = cKDTree(centers).query(inner, k=np.arange(1, min(NEAR, len(centers)) + 1), workers=-1)
-    return np.where(distance <= distance[:, :1] + HARDLY_FARTHER * spacing, near, near[:, :1])
+    tree, most = cKDTree(centers), min(NEAR, len(centers))
+    distance, near = tree.query(inner, k=np.arange(1, min(2, most) + 1), workers=-1)
+    result = np.repeat(near[:, :1], most, axis=1)
+    several = np.flatnonzero(distance[:, -1] <= distance[:, 0] + HARDLY_FARTHER * spacing)  # few, and only they need to be asked for more
+    distance, near = tree.query(inner[several], k=np.arange(1, most + 1), workers=-1)
+    result[several] = np.where(distance <= distance[:, :1] + HARDLY_FARTHER * spacing, near, near[:, :1])
+    return result
 
 
 def behind_contact(
