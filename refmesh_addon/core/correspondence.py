@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from .closest_point import Allowed, ClosestPoints, SurfaceIndex
-from .geometry import TINY, normalized, triangle_normals
+from .geometry import TINY, distinct, normalized, triangle_normals
 from .surface_samples import SurfaceSampler, SurfaceSamples
 from .types import TriangleMesh, _FrozenArrays
 from .winding import Enclosed, enclosed_by
@@ -196,8 +196,7 @@ def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 def border_edges(mesh: TriangleMesh) -> np.ndarray:
     """(T, 3) bool: whether the edge opposite to each corner belongs to one triangle only. Coinciding vertices count as one."""
-    _, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
-    corners = place.reshape(-1)[mesh.triangles].astype(np.int64)
+    corners = distinct(mesh.vertices)[1][mesh.triangles]
     ends = np.sort(np.stack([corners[:, [1, 2, 0]], corners[:, [2, 0, 1]]], axis=2), axis=2)
     _, inverse, counts = np.unique(ends[..., 0] * len(mesh.vertices) + ends[..., 1], return_inverse=True, return_counts=True)
     return (counts[inverse.reshape(-1)] == 1).reshape(-1, 3)

@@ -115,13 +115,26 @@ def is_watertight(mesh: TriangleMesh) -> bool:
     return bool(np.array_equal(forward, backward) and np.all(np.diff(forward) > 0))
 
 
+def distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first of each of (N, 3) points that coincide exactly, in ascending order (M,), and which of these each point is (N,).
+
+    What np.unique gives for rows, which it takes three times as long to sort.
+    """
+    order = np.lexsort(points.T[::-1])
+    new = np.ones(len(points), dtype=bool)
+    new[1:] = (np.diff(points[order], axis=0) != 0).any(axis=1)
+    place = np.empty(len(points), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return order[new], place
+
+
 def merged(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
     """Merges vertices that coincide exactly (UV seams) and drops triangles that collapse and unused vertices.
 
     Returns the mesh and, for each of its vertices, the (V',) index of one original vertex.
     """
-    _, first, inverse = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
-    triangles = inverse.reshape(-1)[mesh.triangles]
+    first, place = distinct(mesh.vertices)
+    triangles = place[mesh.triangles]
     whole = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
     triangles = triangles[whole]
     used, compact = np.unique(triangles, return_inverse=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy import sparse
 
-from .geometry import area_vectors, normalized
+from .geometry import area_vectors, distinct, normalized
 from .types import TriangleMesh, _FrozenArrays
 
 
@@ -36,8 +36,8 @@ class SurfaceSampler:
     """Built once from a mesh, asked for the samples of any deformation of it. Vertices that coincide in the mesh are taken as one."""
 
     def __init__(self, mesh: TriangleMesh):
-        _, first, place = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
-        corners = first[place.reshape(-1)][mesh.triangles]
+        first, place = distinct(mesh.vertices)
+        corners = first[place][mesh.triangles]
         whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
         # In the order of the mesh: what a stride picks must not depend on coordinates.
         self._kept, compact = np.unique(corners[whole], return_inverse=True)

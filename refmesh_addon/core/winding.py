@@ -60,16 +60,16 @@ class _Columns:
         self._side = max(1, int(np.sqrt(len(triangles))))
         self._low = vertices[:, :2].min(axis=0)
         self._cell = np.maximum(np.ptp(vertices[:, :2], axis=0), np.finfo(float).tiny) / self._side
-        corners = self._places(vertices)[triangles]
+        corners = self._places(vertices).T[:, triangles.T]
         low, high = corners.min(axis=1), corners.max(axis=1)
-        size = high - low + 1
-        count = size.prod(axis=1)
+        _, wide = size = high - low + 1
+        count = size.prod(axis=0)
         owner = np.repeat(np.arange(len(triangles)), count)
         slot = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        cell = (low[owner, 0] + slot // size[owner, 1]) * self._side + low[owner, 1] + slot % size[owner, 1]
-        order = np.argsort(cell, kind="stable")
-        self.triangles = owner[order]
-        self.starts = np.searchsorted(cell[order], np.arange(self._side**2 + 1))
+        down, across = np.divmod(slot, wide[owner])
+        cell = (low[0, owner] + down) * self._side + low[1, owner] + across
+        self.triangles = owner[np.argsort(cell, kind="stable")]
+        self.starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self._side**2))])
 
     def of(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The cell of each point and how many triangles that has; a point beside all of them has none."""

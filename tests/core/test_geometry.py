@@ -70,6 +70,16 @@ def test_watertight_means_every_edge_twice_in_opposite_directions():
     assert not geometry.is_watertight(TriangleMesh(mesh.vertices, np.empty((0, 3))))
 
 
+def test_distinct_points_are_those_of_a_plain_search_through_the_rows():
+    points = np.round(np.random.default_rng(4).normal(size=(400, 3)), 1)
+    points[::7] *= -0.0
+    for some in (points, points[:1], points[:0]):
+        _, first, place = np.unique(some, axis=0, return_index=True, return_inverse=True)
+        found = geometry.distinct(some)
+        assert_array_equal(found[0], first)
+        assert_array_equal(found[1], place.reshape(-1))
+
+
 def test_merging_closes_seams_and_a_second_time_changes_nothing():
     mesh = cube()
     once, kept = geometry.merged(apart(mesh))
