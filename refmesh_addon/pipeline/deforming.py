@@ -24,7 +24,7 @@ from ..core.winding import enclosed_by
 from .stages import GroupCenters
 
 KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
-SETTLED = 1e-3  # share of the energy per iteration; what is left to go is thousandths of an edge
+SETTLED = 1e-5  # share of the energy per iteration; the surface then moves by some ten thousandths of an edge
 KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
 
 
