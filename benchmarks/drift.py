@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry import mean_edge_length
+from refmesh_addon.core.geometry import mean_edge_length, sample_surface
 from refmesh_addon.core.settings import Settings, flat_fields
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
@@ -31,6 +31,7 @@ from .common import assignment
 from .frames import CACHE, frames_folder
 from .trajectories import CASES, Case
 
+SAMPLES = 20_000  # on a surface, of its distance from its source
 SEEN = ("tumble", "beam", "clasp")  # whose outline shows how they move, so that the true motion can be known at all
 
 
@@ -87,13 +88,14 @@ def figures(case: Case, found: list[Take], centers: np.ndarray) -> dict[str, flo
     inner = {"vertices": [take.vertices for take in long], "truth": [take.truth for take in long]}
     inner["centers"] = [centers[take.indices] for take in long]
     pace = {name: np.mean([acceleration(positions) for positions in values]) for name, values in inner.items()}
-    jumps, errors = np.array([boundary(case, *pair) for pair in zip(found, found[1:])]).reshape(-1, 2).T
+    jumps, errors, captured = np.array([boundary(case, *pair) for pair in zip(found, found[1:])]).reshape(-1, 3).sum(axis=0)
     return {
         "median": np.median(drift),
         "p95": np.quantile(drift, 0.95),
         "acceleration_ratio": pace["vertices"] / pace["centers"],
         "true_acceleration_ratio": pace["truth"] / pace["centers"],
-        "jump_ratio": jumps.mean() / errors.mean() if len(jumps) else 0.0,
+        "jump_ratio": jumps / errors if errors else 0.0,
+        "captured_jump_ratio": captured / errors if errors else 0.0,
     }
 
 
@@ -102,12 +104,15 @@ def acceleration(positions: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(positions, 2, axis=0), axis=2).mean())
 
 
-def boundary(case: Case, last: Take, first: Take) -> tuple[float, float]:
-    """How far one group's surface, truly moved on by a frame, lies from the next group's, and what both miss their sources by, summed."""
+def boundary(case: Case, last: Take, first: Take) -> tuple[float, float, float]:
+    """How far one group's vertices, truly moved on by a frame, lie from the next group's surface; what both surfaces miss their sources
+    by, summed; and how far the sources themselves lie apart like that: each is another set of flat triangles for one round body.
+    """
     before, after = last.indices[-1], first.indices[0]
-    carried = moved(case, last.vertices[-1], before, np.array([after]))[0]
-    errors = [distance(case.meshes[frame], vertices) for frame, vertices in ((before, last.vertices[-1]), (after, first.vertices[0]))]
-    return distance(first.mesh(0), carried), sum(errors)
+    ahead = lambda points: moved(case, points, before, np.array([after]))[0]
+    ends, sources = (last.mesh(-1), first.mesh(0)), (case.meshes[before], case.meshes[after])
+    errors = [distance(source, sample_surface(mesh, SAMPLES, np.random.default_rng(0))[0]) for source, mesh in zip(sources, ends)]
+    return distance(ends[1], ahead(ends[0].vertices)), sum(errors), distance(sources[1], ahead(sources[0].vertices))
 
 
 def distance(surface: TriangleMesh, points: np.ndarray) -> float:
