@@ -22,6 +22,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from .runs import numbered
 from .types import TriangleMesh, _FrozenArrays
 
 FIRST = 8  # spheres fetched for every query, which settle most of them
@@ -134,8 +135,8 @@ class _Search:
         rows, columns = np.nonzero(distance**2 <= self._reach(queries)[:, None])
         corner = corner[rows, columns]
         around = corners.starts[corner + 1] - corners.starts[corner]
-        slot = np.repeat(corners.starts[corner] - np.cumsum(around) + around, around) + np.arange(around.sum())
-        self._improve(np.repeat(queries[rows], around), corners.around[slot])
+        which, place = numbered(around)
+        self._improve(queries[rows[which]], corners.around[corners.starts[corner[which]] + place])
         return queries[distance[:, -1] ** 2 <= self._reach(queries)]
 
     def _fetched(self, tree: cKDTree, queries: np.ndarray, count: int, limit: float) -> tuple[np.ndarray, np.ndarray]:

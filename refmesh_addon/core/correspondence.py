@@ -90,11 +90,11 @@ class Correspondence:
         asked = self._sampler.of(mesh).every(limits.stride)
         allowed = lambda sample, triangle: self._allowed(asked.corners[sample, 0], triangle)
         paired, lonely = _partners(asked, self._source, self._normals, limits, allowed)
-        at, found = self._off_border(*paired)
+        at, found = _off_border(self._source.mesh, self._source_border, *paired)
         apart = _apart(asked.points[at] - found.points, self._normals[found.triangles], limits)
         targets = found.points
         if inset:
-            out, below = self._off_border(*self._shallow(asked, *lonely, inset))
+            out, below = _off_border(self._source.mesh, self._source_border, *self._shallow(asked, *lonely, inset))
             normals = self._normals[below.triangles]
             at, found = np.concatenate([at, out]), _joined(found, below)
             targets, apart = np.concatenate([targets, below.points - inset * normals]), np.concatenate([apart, normals])
@@ -114,15 +114,10 @@ class Correspondence:
             nearest = index.query(asked.points[lonely], limits.distance, _fitting(asked, lonely, normals, BESIDE, allowed))
             near = nearest.triangles >= 0
             at, found = np.concatenate([at, lonely[near]]), _joined(found, _chosen(nearest, near))
-        inside = ~on_border(mesh, self._reference_border, found.triangles, found.points)
-        at, found = at[inside], _chosen(found, inside)
+        at, found = _off_border(mesh, self._reference_border, at, found)
         corners, targets = mesh.triangles[found.triangles], asked.points[at]
         shares, apart = barycentric(found.points, mesh.vertices[corners]), _apart(found.points - targets, normals[found.triangles], limits)
         return Pairs(corners, shares, targets, apart, found.distances, _trusted(asked, at, found, limits))
-
-    def _off_border(self, at: np.ndarray, found: ClosestPoints) -> tuple[np.ndarray, ClosestPoints]:
-        inside = ~on_border(self._source.mesh, self._source_border, found.triangles, found.points)
-        return at[inside], _chosen(found, inside)
 
     def _shallow(self, asked: SurfaceSamples, at: np.ndarray, found: ClosestPoints, inset: float) -> tuple[np.ndarray, ClosestPoints]:
         """Of samples and their closest points on the source those that are not deep inside their own body."""
@@ -166,6 +161,12 @@ def _fitting(asked: SurfaceSamples, samples: np.ndarray, normals: np.ndarray, co
         return good
 
     return fitting
+
+
+def _off_border(mesh: TriangleMesh, border: np.ndarray, at: np.ndarray, found: ClosestPoints) -> tuple[np.ndarray, ClosestPoints]:
+    """Of samples and their closest points on a mesh those that do not lie on its border, which `border_edges` tells."""
+    inside = ~on_border(mesh, border, found.triangles, found.points)
+    return at[inside], _chosen(found, inside)
 
 
 def _trusted(asked: SurfaceSamples, at: np.ndarray, found: ClosestPoints, limits: Limits) -> np.ndarray:

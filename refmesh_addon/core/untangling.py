@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .cotangent import neighbour_middles, triangle_adjacency
+from .geometry import triangles_at
 from .self_intersection import crossing_triangles, still_crossing
 from .types import TriangleMesh
 
@@ -25,7 +26,7 @@ def untangled(mesh: TriangleMesh, crossing: np.ndarray | None = None) -> Triangl
         loose[mesh.triangles[crossing]] = True
         loose = loose | ((links @ loose) > 0)
         mesh = mesh.moved(np.where(loose[:, None], neighbour_middles(links, mesh.vertices), mesh.vertices))
-        crossing = still_crossing(mesh, loose[mesh.triangles].any(axis=1))
+        crossing = still_crossing(mesh, triangles_at(mesh, loose))
         if crossing.sum() < least:
             best, least = mesh, crossing.sum()
     return best

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .holes import capped
+from .runs import numbered
 from .types import TriangleMesh, _FrozenArrays
 
 PAIRS_AT_ONCE = 2_000_000  # triangle-column pairs rasterised together: bounds the memory of one batch to about 200 MB
@@ -80,8 +81,7 @@ def _crossings(corners: np.ndarray, triangles: np.ndarray, rows: int, columns: i
 
 def _rasterised(corner, triangles, low, size):
     pairs = size[:, 0] * size[:, 1]
-    owner = np.repeat(np.arange(len(pairs)), pairs)
-    place = np.arange(len(owner)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    owner, place = numbered(pairs)
     row = low[owner, 0] + place // size[owner, 1]
     column = low[owner, 1] + place % size[owner, 1]
     ccw, cw = np.ones(len(owner), bool), np.ones(len(owner), bool)

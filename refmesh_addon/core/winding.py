@@ -8,6 +8,7 @@ import numpy as np
 
 from .geometry import merged
 from .holes import capped
+from .runs import numbered
 from .types import TriangleMesh
 
 Enclosed = Callable[[np.ndarray], np.ndarray]  # of (N, 3) points: (N,) bool
@@ -30,14 +31,13 @@ class Winding:
         points = self._turned(np.asarray(points, dtype=np.float64))
         result = np.zeros(len(points), dtype=np.int64)
         cells, counts = self._columns.of(points)
-        ends = np.cumsum(counts)
-        for first, last in _batches(ends):
-            number = np.arange(first, last)
-            point = np.repeat(number, counts[number])
-            slot = np.arange(len(point)) - np.repeat(ends[number] - counts[number] - (ends[first] - counts[first]), counts[number])
-            triangle = self._columns.triangles[self._columns.starts[cells[point]] + slot]
-            crossed = _crossed(self._vertices, self._triangles[triangle], points[point])
-            result[first:last] = np.bincount(point - first, crossed, last - first)
+        batch = np.cumsum(counts) // PAIRS_AT_ONCE
+        for number in np.unique(batch):
+            chosen = np.flatnonzero(batch == number)
+            which, place = numbered(counts[chosen])
+            triangle = self._columns.triangles[self._columns.starts[cells[chosen[which]]] + place]
+            crossed = _crossed(self._vertices, self._triangles[triangle], points[chosen[which]])
+            result[chosen] = np.bincount(which, crossed, len(chosen))
         return result
 
     def _turned(self, points: np.ndarray) -> np.ndarray:
@@ -63,10 +63,8 @@ class _Columns:
         corners = self._places(vertices).T[:, triangles.T]
         low, high = corners.min(axis=1), corners.max(axis=1)
         _, wide = size = high - low + 1
-        count = size.prod(axis=0)
-        owner = np.repeat(np.arange(len(triangles)), count)
-        slot = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        down, across = np.divmod(slot, wide[owner])
+        owner, place = numbered(size.prod(axis=0))
+        down, across = np.divmod(place, wide[owner])
         cell = (low[0, owner] + down) * self._side + low[1, owner] + across
         self.triangles = owner[np.argsort(cell, kind="stable")]
         self.starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self._side**2))])
@@ -89,13 +87,3 @@ def _crossed(vertices: np.ndarray, triangles: np.ndarray, points: np.ndarray) ->
     through = np.abs(signs.sum(axis=0)) == 3
     height = sides[0] * a[:, 2] + sides[1] * b[:, 2] + sides[2] * c[:, 2]  # times the sum of the sides
     return np.where(through & (height * signs[0] > 0), signs[0], 0.0)
-
-
-def _batches(ends: np.ndarray):
-    """Ranges of points with at most PAIRS_AT_ONCE pairs each, or one point."""
-    first = 0
-    while first < len(ends):
-        before = ends[first - 1] if first else 0
-        last = max(first + 1, int(np.searchsorted(ends, before + PAIRS_AT_ONCE, side="right")))
-        yield first, last
-        first = last
