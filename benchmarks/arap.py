@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.arap import ArapSolver
+from refmesh_addon.core.deformation.arap import ArapSolver
 from refmesh_addon.core.types import TriangleMesh
 
 MAJOR, MINOR, ASPECT = 1.0, 0.4, 2  # radii, and how many more vertices go around the large circle than around the small one

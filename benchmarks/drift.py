@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry import mean_edge_length, sample_surface
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry.mesh import mean_edge_length, sample_surface
 from refmesh_addon.core.settings import Settings, flat_fields
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.report import read_report
-from refmesh_addon.pipeline.job import JobSpec
 from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
 
 from .common import assignment
 from .frames import CACHE, frames_folder

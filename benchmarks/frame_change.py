@@ -20,7 +20,7 @@ import trimesh
 
 import refmesh_addon
 from headless.run import claim_stdout
-from refmesh_addon.bridge import sequence
+from refmesh_addon.bridge.sequence import raw_sequence as sequence
 
 LIMIT = 20.0  # milliseconds that a change to a frame of 20,000 vertices may take
 NOTHING, PLENTY = 1, 4096  # megabytes: the last frame only, and every frame

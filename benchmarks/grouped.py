@@ -11,20 +11,20 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from refmesh_addon.core import metrics
-from refmesh_addon.core.affinity import near_pairs
-from refmesh_addon.core.geometry import merged, triangle_areas, vertex_components
-from refmesh_addon.core.holes import capped
-from refmesh_addon.core.mapping import FrameMap, spline_mapped
-from refmesh_addon.core.reference_mesh import points_per_frame, triangle_budget
+from refmesh_addon.core.deformation.deformer import GroupShape, ReferenceDeformer
+from refmesh_addon.core.evaluation import metrics
+from refmesh_addon.core.geometry.holes import capped
+from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
+from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
+from refmesh_addon.core.reference.group import GroupCenters, align_frame, build_reference, place_centers
+from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
+from refmesh_addon.core.tracking.affinity import near_pairs
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.sequence import find_sequence
-from refmesh_addon.pipeline.deforming import GroupShape, ReferenceDeformer
-from refmesh_addon.pipeline.parallel import Workers
-from refmesh_addon.pipeline.stages import GroupCenters, align_frame, build_reference, place_centers
-from refmesh_addon.pipeline.worker import SINGLE_THREAD
+from refmesh_addon.pipeline.process.worker import SINGLE_THREAD
+from refmesh_addon.pipeline.session.parallel import Workers
 
 from .common import tracked
 

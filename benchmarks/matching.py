@@ -16,14 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.geometry import mean_edge_length
-from refmesh_addon.core.keypoints import find_keypoints
-from refmesh_addon.core.mapping import FrameMap
-from refmesh_addon.core.matching import Matches, MatchSettings, match_keypoints
-from refmesh_addon.core.patches import PATCH_RADIUS, Patches, surface_patches
+from refmesh_addon.core.deformation.keypoints import find_keypoints
+from refmesh_addon.core.deformation.matching import Matches, MatchSettings, match_keypoints
+from refmesh_addon.core.deformation.patches import PATCH_RADIUS, Patches, surface_patches
+from refmesh_addon.core.geometry.mesh import mean_edge_length
+from refmesh_addon.core.reference.group import place_centers
+from refmesh_addon.core.reference.mapping import FrameMap
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
-from refmesh_addon.pipeline.stages import place_centers
 from sample_scenes.generators.bodies import Body, Part, Sequence
 from sample_scenes.generators.motions import Bend, Chain, Motion, Rigid, Undo
 from sample_scenes.generators.shapes import ball, block, capsule, union

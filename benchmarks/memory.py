@@ -20,10 +20,10 @@ from pathlib import Path
 
 # Nothing here may load numpy: a child starts with the peak of the process that it was split from.
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.pipeline.client import WORKER_MODULE
-from refmesh_addon.pipeline.environment import python_executable, worker_environment
-from refmesh_addon.pipeline.events import Event
-from refmesh_addon.pipeline.job import JobSpec
+from refmesh_addon.pipeline.process.client import WORKER_MODULE
+from refmesh_addon.pipeline.process.environment import python_executable, worker_environment
+from refmesh_addon.pipeline.process.events import Event
+from refmesh_addon.pipeline.session.job import JobSpec
 
 SEQUENCE = "bar"
 PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in which the system states a peak

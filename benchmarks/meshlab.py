@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.core.geometry import triangle_areas
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.geometry.mesh import triangle_areas
 from refmesh_addon.core.types import TriangleMesh
 
 SAMPLES_PER_NODE = 1.5  # few enough to follow detail; captures are dense and their noise is averaged over the frames

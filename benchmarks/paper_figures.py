@@ -18,7 +18,7 @@ import numpy as np
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.sequence import find_sequence
-from refmesh_addon.pipeline.parallel import Workers
+from refmesh_addon.pipeline.session.parallel import Workers
 
 from .grouped import Reference, Take, extracted, judged, processes, tracked_take
 
@@ -105,9 +105,9 @@ def picture(path: Path, references: dict[str, TriangleMesh], take: Take) -> None
     import bpy
     from mathutils import Euler, Matrix
 
-    from refmesh_addon.bridge.materials import REFERENCE_COLOR, SOURCE_COLOR, plain_material
-    from refmesh_addon.bridge.meshes import fill_mesh
-    from refmesh_addon.bridge.studio import add, render, studio, write
+    from refmesh_addon.bridge.picture.studio import add, render, studio, write
+    from refmesh_addon.bridge.scene.materials import REFERENCE_COLOR, SOURCE_COLOR, plain_material
+    from refmesh_addon.bridge.scene.meshes import fill_mesh
 
     picked = sorted({0, len(take.meshes) // 2, len(take.meshes) - 1})[:SHOWN]
     actors = [(f"frame {take.numbers[index]}", take.meshes[index], SOURCE_COLOR) for index in picked]

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from refmesh_addon.core.geometry import merged, sample_surface, triangle_normals, vertex_components
+from refmesh_addon.core.geometry.mesh import merged, sample_surface, triangle_normals, vertex_components
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from refmesh_addon.core.affinity import DISAGREEMENT_HALF, LEAST, SEPARATION_HALF
+from refmesh_addon.core.geometry.voxels import fill, grid_around
+from refmesh_addon.core.tracking.affinity import DISAGREEMENT_HALF, LEAST, SEPARATION_HALF
 from refmesh_addon.core.types import TriangleMesh
-from refmesh_addon.core.voxels import fill, grid_around
 
 PRESMOOTHING_STEPS = 10
 LLOYD_WEIGHT, ARAP_WEIGHT = 1.0, 2.0  # of the two pulls in a step

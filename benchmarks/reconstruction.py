@@ -15,16 +15,17 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from refmesh_addon.core import reconstruction, remeshing
-from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.evening import quality
-from refmesh_addon.core.geometry import is_watertight, sample_surface, vertex_components
-from refmesh_addon.core.reference_mesh import reconstruction_depth, supported
-from refmesh_addon.core.self_intersection import crossing_triangles
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, vertex_components
+from refmesh_addon.core.geometry.self_intersection import crossing_triangles
+from refmesh_addon.core.reference.budget import supported
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.pipeline import refer
-from refmesh_addon.pipeline.job import JobSpec
+from refmesh_addon.core.surfacing import reconstruction, remeshing
+from refmesh_addon.core.surfacing.edge_flips import quality
+from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
 from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
+from refmesh_addon.pipeline.stages import reference as refer
 
 from . import meshlab
 

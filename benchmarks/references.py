@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.geometry import vertex_components
-from refmesh_addon.core.grouping import content_groups
-from refmesh_addon.core.self_intersection import crossing_triangles
+from refmesh_addon.core.geometry.mesh import vertex_components
+from refmesh_addon.core.geometry.self_intersection import crossing_triangles
+from refmesh_addon.core.reference.grouping import content_groups
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings
-from refmesh_addon.pipeline.parallel import Workers
+from refmesh_addon.pipeline.session.parallel import Workers
 
 from .common import add_tracking_options, tracking_settings
 from .grouped import Reference, Take, best_frame, extracted, first_frame, frame_as_reference, judged, processes, tracked_take

@@ -18,11 +18,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.lloyd import Cells
 from refmesh_addon.core.settings import TrackingSettings
-from refmesh_addon.core.tracking import TrackedFrame
+from refmesh_addon.core.tracking.forward import TrackedFrame
+from refmesh_addon.core.tracking.lloyd import Cells
+from refmesh_addon.core.tracking.volume import Volume
 from refmesh_addon.core.types import TriangleMesh
-from refmesh_addon.core.volume import Volume
 from sample_scenes.generators import SEQUENCES, Sequence
 
 from .common import add_tracking_options, read_bodies, tracked, tracking_settings

@@ -8,7 +8,7 @@ from dataclasses import fields
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from .core.check import RefMeshError
+from .core.errors import RefMeshError
 from .core.findings import FIGURES
 from .core.settings import EDITS, PRESETS, Settings, flat_fields
 
@@ -101,21 +101,21 @@ class RefMeshGroup(bpy.types.PropertyGroup):
 
 def arrange_objects(state, context):
     """Side by side or in one place, at once."""
-    from .bridge.groups import arrange
+    from .bridge.results.groups import arrange
 
     arrange(state.id_data)
 
 
 def restyle(state, context):
     """The centers as they are wanted, at once."""
-    from .bridge.centers import restyle_centers
+    from .bridge.results.centers import restyle_centers
 
     restyle_centers(state.id_data)
 
 
 def switch_errors(state, context):
     """Errors in colour, or the plain colour, at once."""
-    from .bridge.heat_map import switch_heat_map
+    from .bridge.results.heat_map import switch_heat_map
 
     try:
         switch_heat_map(state.id_data)

@@ -3,9 +3,9 @@
 from contextlib import ExitStack
 
 from . import operators, properties, ui
-from .bridge import missing, sequence
+from .bridge import handlers
 
-PARTS = (properties, operators, ui, sequence, missing)
+PARTS = (properties, operators, ui, handlers)
 
 
 def register():

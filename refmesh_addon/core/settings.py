@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import Field, asdict, dataclass, field, fields
 from typing import Any
 
-from .check import RefMeshError
+from .errors import RefMeshError
 
 
 def option(default, help: str, *, low=None, high=None, choices: dict[str, str] | None = None, label: str | None = None):

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 
 CENTERS_NAME = "centers.npz"  # in the output folder: what tracking left
 PARTIAL_SUFFIX = ".partial"  # of a file that is still being written; what a killed run leaves is removed by the next

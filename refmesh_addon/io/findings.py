@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..core.findings import SEVERITIES, Finding
 from .files import atomic_file, write_json
 from .frame_range import in_words

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 
 RANGES_SHOWN = 6  # ranges that fit into a message of one line
 

@@ -6,7 +6,7 @@ import logging
 from collections import OrderedDict
 from pathlib import Path
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from .preview import PreviewMesh, preview_path, read_preview, write_preview
 
 logger = logging.getLogger(__name__)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.check import RefMeshError
-from ..core.geometry import merged, triangle_areas
+from ..core.errors import RefMeshError
+from ..core.geometry.mesh import merged, triangle_areas
 from ..core.types import TriangleMesh
 from .cut_off import check_complete
 from .files import atomic_file

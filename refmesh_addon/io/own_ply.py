@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..core.types import TriangleMesh
 
 END = b"end_header\n"

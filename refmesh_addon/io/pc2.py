@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from .files import atomic_file
 
 _HEADER = struct.Struct("<12siiffi")  # magic, version, points, first frame, sample rate, samples

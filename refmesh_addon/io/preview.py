@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..core.types import TriangleMesh
 from .files import write_npz
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from importlib import metadata
 from pathlib import Path
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..core.settings import Settings
 from .files import write_json
 from .sequence import Sequence

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from .frame_range import FrameRange, in_words, parse_ranges
 
 EXTENSIONS = (".obj", ".ply", ".stl", ".glb", ".off")

@@ -3,8 +3,8 @@
 import bpy
 from bpy.props import IntProperty
 
-from ..core.check import RefMeshError
-from ..core.marks import parse_marks
+from ..core.errors import RefMeshError
+from ..core.reference.marks import parse_marks
 from ..properties import sequence_object
 from .common import CentersOperator, object_mode, reporting
 
@@ -27,7 +27,7 @@ reference mesh"""
 
     @reporting
     def execute(self, context):
-        from ..bridge.bodies import mark_body
+        from ..bridge.results.bodies import mark_body
 
         owner = sequence_object(context)
         _check_number(owner, self.body)
@@ -48,7 +48,7 @@ class REFMESH_OT_forget_body(CentersOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.bodies import forget_body
+        from ..bridge.results.bodies import forget_body
 
         owner = sequence_object(context)
         _check_number(owner, self.body or -1)

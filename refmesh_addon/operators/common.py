@@ -10,8 +10,8 @@ from pathlib import Path
 
 import bpy
 
-from ..core.check import RefMeshError
-from ..pipeline.packages import import_trouble
+from ..core.errors import RefMeshError
+from ..pipeline.process.packages import import_trouble
 from ..properties import sequence_object
 
 NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..io.frame_range import as_choice, parse_ranges
 from ..properties import sequence_object
 from .common import SequenceOperator, reporting
@@ -18,7 +18,7 @@ class REFMESH_OT_exclude_frame(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.sequence import frame_at
+        from ..bridge.sequence.raw_sequence import frame_at
 
         owner = sequence_object(context)
         state = owner.refmesh
@@ -65,8 +65,8 @@ class REFMESH_OT_edit_groups(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.markers import markers_of
-        from ..bridge.sequence import frame_at
+        from ..bridge.scene.markers import markers_of
+        from ..bridge.sequence.raw_sequence import frame_at
 
         owner = sequence_object(context)
         state = owner.refmesh

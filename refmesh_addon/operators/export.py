@@ -5,9 +5,9 @@ import os
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
-from ..bridge.export_choice import choose
-from ..bridge.exports import FORMATS, check_available, export_sequence
-from ..core.check import RefMeshError
+from ..bridge.exports.choice import choose
+from ..bridge.exports.export import FORMATS, check_available, export_sequence
+from ..core.errors import RefMeshError
 from ..properties import sequence_object
 from .common import SequenceOperator, absolute, reporting
 

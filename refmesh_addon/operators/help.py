@@ -5,7 +5,7 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from .common import reporting
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "panel"  # in the checkout as in the zip

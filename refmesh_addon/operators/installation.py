@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..core.check import RefMeshError
-from ..pipeline.packages import check_packages
+from ..core.errors import RefMeshError
+from ..pipeline.process.packages import check_packages
 from .common import reporting
 
 

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..properties import setting_properties
 from .common import absolute, reporting, sequence_object
 from .modal import POLL_INTERVAL
@@ -36,7 +36,7 @@ class JobOperator(ShowingOperator):
 
     @reporting
     def execute(self, context):
-        from ..pipeline.client import WorkerProcess
+        from ..pipeline.process.client import WorkerProcess
 
         owner = sequence_object(context)
         spec = self._spec(owner.refmesh)
@@ -66,7 +66,7 @@ class JobOperator(ShowingOperator):
 
     def _spec(self, state):
         from ..io.sequence import find_sequence
-        from ..pipeline.job import JobSpec
+        from ..pipeline.session.job import JobSpec
 
         frames = self.frames or state.frame_selection
         output = absolute(self.output or state.output)

@@ -5,7 +5,7 @@ import contextlib
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from .common import SceneOperator, absolute, reporting
 from .modal import ModalOperator
 
@@ -48,7 +48,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
 
     @reporting
     def execute(self, context):
-        from ..bridge.bake import bake
+        from ..bridge.sequence.bake import bake
 
         target = context.active_object
         if self.last < self.first:
@@ -92,7 +92,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
 
     @reporting
     def _finish(self, context):
-        from ..bridge.sequence import new_sequence, read_frame
+        from ..bridge.sequence.raw_sequence import new_sequence, read_frame
         from ..io.sequence import find_sequence
 
         target = next(candidate for candidate in bpy.data.objects if candidate.session_uid == self._target)

@@ -21,7 +21,7 @@ class REFMESH_OT_render_preview(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.picture import render_preview
+        from ..bridge.picture.preview import render_preview
 
         owner = sequence_object(context)
         results = absolute(owner.refmesh.output)

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import StringProperty
 
-from ..bridge import scene
+from ..bridge.scene import timeline as scene
 from .common import SceneOperator, absolute, reporting
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..io.frame_range import in_words
 from ..io.sequence import EXTENSIONS, Sequence, find_sequence
 from .common import SceneOperator, absolute, reporting
@@ -85,7 +85,8 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
 
     @reporting
     def execute(self, context):
-        from ..bridge import scene, sequence
+        from ..bridge.scene import timeline as scene
+        from ..bridge.sequence import raw_sequence as sequence
 
         found = find_sequence(self._source(), self.frames)
         output = found.frames[0].path.parent / f"refmesh_{found.name}"

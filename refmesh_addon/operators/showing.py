@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import bpy
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from .common import SequenceOperator, absolute, reporting
 from .modal import ModalOperator
 
@@ -34,7 +34,7 @@ class ShowingOperator(ModalOperator, SequenceOperator):
 
     def parts(self):
         """Pieces of work that show what is there; each is called with the sequence object; None means wait."""
-        from ..bridge.results import known_frames, parts, read_results
+        from ..bridge.results.loading import known_frames, parts, read_results
 
         with ThreadPoolExecutor(1) as thread:
             reading = thread.submit(read_results, self.results_folder(), known_frames(self.sequence()))

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import FloatProperty, StringProperty
 
-from ..core.check import RefMeshError
+from ..core.errors import RefMeshError
 from ..properties import sequence_object
 from .common import NO_SEQUENCE, SequenceOperator, reporting
 
@@ -21,7 +21,7 @@ class REFMESH_OT_set_timeline(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge import scene
+        from ..bridge.scene import timeline as scene
 
         frames = sequence_object(context).refmesh.frames
         scene.set_timeline(context.scene, frames[0].scene_frame, frames[-1].scene_frame, self.fps)

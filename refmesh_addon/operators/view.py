@@ -15,8 +15,8 @@ class REFMESH_OT_show_trails(CentersOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.centers import center_radius
-        from ..bridge.trails import show_trails
+        from ..bridge.results.centers import center_radius
+        from ..bridge.results.trails import show_trails
 
         owner = sequence_object(context)
         with object_mode(context):
@@ -39,7 +39,7 @@ class REFMESH_OT_remove_trails(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..bridge.trails import remove_trails
+        from ..bridge.results.trails import remove_trails
 
         remove_trails(sequence_object(context))
         return {"FINISHED"}

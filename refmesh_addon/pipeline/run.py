@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .context import Context, Notify
-from .deform import deform
-from .diagnosis import check_sequence
-from .evaluate import evaluate
-from .global_rounds import optimize_globally
-from .job import CHECK, JobSpec
-from .marked import wanted_apart
-from .parallel import Workers
-from .refer import refer
-from .track import track_sequence
-from .track_groups import track_groups
-from .tracked import Tracked, write_tracked
+from .session.context import Context, Notify
+from .session.job import CHECK, JobSpec
+from .session.parallel import Workers
+from .stages.check import check_sequence
+from .stages.deformation import deform
+from .stages.evaluation import evaluate
+from .stages.global_rounds import optimize_globally
+from .stages.marked_bodies import wanted_apart
+from .stages.reference import refer
+from .stages.tracking import track_sequence
+from .stages.tracking_by_group import track_groups
+from .stages.tracking_result import Tracked, write_tracked
 
 
 def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: int | None = None) -> None:

@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..core.check import RefMeshError
-from ..core.marks import parse_marks
+from ..core.errors import RefMeshError
+from ..core.reference.marks import parse_marks
 from ..properties import sequence_object
 from .layout import CentersPanel, draw_wrapped
 

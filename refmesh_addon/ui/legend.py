@@ -4,7 +4,7 @@ import blf
 import bpy
 import numpy as np
 
-from ..core.error_scale import TABLE, TOP
+from ..core.evaluation.error_scale import TABLE, TOP
 from ..properties import sequence_object
 
 SIZE = (220, 14)  # of the bar, pixels at a resolution scale of 1

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import bpy
 
-from ..bridge.status import first_to_run, step_status
+from ..bridge.results.status import first_to_run, step_status
 from ..core.settings import PRESETS, Settings
 from ..properties import sequence_object, title
 from .bodies_panel import REFMESH_PT_bodies

@@ -3,8 +3,8 @@
 import bpy
 from bpy.props import IntProperty
 
-from ..bridge.sequence import set_memory_budget
-from ..pipeline.packages import missing_packages
+from ..bridge.sequence.raw_sequence import set_memory_budget
+from ..pipeline.process.packages import missing_packages
 
 ADDON = __package__.rpartition(".refmesh_addon")[0] or "refmesh_addon"  # the extension's own name, or that of the checkout's package
 

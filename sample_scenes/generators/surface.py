@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.dual_cubes import EDGES, patches, split_quads
-from refmesh_addon.core.sparse_grid import CORNERS
+from refmesh_addon.core.surfacing.dual_marching_cubes import EDGES, patches, split_quads
+from refmesh_addon.core.surfacing.sparse_grid import CORNERS
 from refmesh_addon.core.types import TriangleMesh
 
 from .shapes import Field

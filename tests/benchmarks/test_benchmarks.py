@@ -13,10 +13,10 @@ from benchmarks import arap, drift, figures, matching, memory, published_trackin
 from benchmarks.common import tracked
 from benchmarks.frames import frames_folder
 from benchmarks.trajectories import CASES, Case, judge
-from refmesh_addon.core.arap import ArapSolver
-from refmesh_addon.core.geometry import is_watertight, sample_surface, triangle_normals
+from refmesh_addon.core.deformation.arap import ArapSolver
+from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, triangle_normals
 from refmesh_addon.core.settings import TrackingSettings
-from refmesh_addon.core.volume import sample_volume
+from refmesh_addon.core.tracking.volume import sample_volume
 from refmesh_addon.io.meshes import write_ply
 from sample_scenes.generators import SEQUENCES
 

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.frames import frames_folder
 from benchmarks.grouped import Take, extracted, processes, tracked_take
 from benchmarks.primitives import bodies, shape
-from refmesh_addon.core.geometry import is_watertight, vertex_components
+from refmesh_addon.core.geometry.mesh import is_watertight, vertex_components
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 
 SETTINGS = TrackingSettings(centers=300, resolution=96)

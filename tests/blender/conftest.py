@@ -10,9 +10,9 @@ import pytest
 import trimesh
 
 import refmesh_addon
-from refmesh_addon.core.center_figures import center_figures
-from refmesh_addon.core.error_scale import error_colors
+from refmesh_addon.core.evaluation.error_scale import error_colors
 from refmesh_addon.core.settings import Settings
+from refmesh_addon.core.tracking.center_figures import center_figures
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.meshes import write_ply

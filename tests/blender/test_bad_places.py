@@ -97,7 +97,7 @@ def test_a_cache_that_is_gone_is_named(blender, solved, results):
 
 
 def test_two_outputs_that_are_one_folder_wait_for_each_other(ball, tmp_path):
-    from refmesh_addon.pipeline.lock import output_lock
+    from refmesh_addon.pipeline.process.lock import output_lock
 
     with output_lock(tmp_path / "out" / "cache", tmp_path / "out"):
         refused("run_all", "another RefMesh job", output=str(tmp_path / "out"), quiet=True, **TINY)

@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 import pytest
 
-from refmesh_addon.bridge.status import step_status
-from refmesh_addon.core.center_figures import center_figures
-from refmesh_addon.core.marks import parse_marks
+from refmesh_addon.bridge.results.status import step_status
+from refmesh_addon.core.reference.marks import parse_marks
+from refmesh_addon.core.tracking.center_figures import center_figures
 from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.pc2 import write_pc2
 

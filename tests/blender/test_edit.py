@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from refmesh_addon.bridge.status import STAGES, step_status
+from refmesh_addon.bridge.results.status import STAGES, step_status
 
 from .test_jobs import TINY
 

@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
-from refmesh_addon.bridge.exports import FORMATS
-from refmesh_addon.bridge.meshes import read_positions
+from refmesh_addon.bridge.exports.export import FORMATS
+from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.io.meshes import read_mesh, write_ply
 from refmesh_addon.io.pc2 import read_pc2
 

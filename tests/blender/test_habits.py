@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import refmesh_addon
-from refmesh_addon.bridge.meshes import read_positions
+from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.io.meshes import read_mesh
 
 from .conftest import GROUPS, NUMBERS, needs_bpy_module, place, reference, write_results

@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 import pytest
 
-from refmesh_addon.bridge.bake import evaluated_mesh
-from refmesh_addon.bridge.meshes import read_positions
-from refmesh_addon.core.geometry import signed_volume
+from refmesh_addon.bridge.scene.meshes import read_positions
+from refmesh_addon.bridge.sequence.bake import evaluated_mesh
+from refmesh_addon.core.geometry.mesh import signed_volume
 from refmesh_addon.io.meshes import read_mesh
 
 from .conftest import place, reference

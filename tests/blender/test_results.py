@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 import pytest
 
-from refmesh_addon.bridge.center_colors import colors_by_place
-from refmesh_addon.bridge.centers import spacing
-from refmesh_addon.bridge.meshes import read_positions
+from refmesh_addon.bridge.results.center_colors import colors_by_place
+from refmesh_addon.bridge.results.centers import spacing
+from refmesh_addon.bridge.scene.meshes import read_positions
 
 from .conftest import CENTERS, GROUPS, NUMBERS, place, reference
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
-from refmesh_addon.bridge.meshes import read_positions, read_triangles
-from refmesh_addon.bridge.scene import reach_with_views
+from refmesh_addon.bridge.scene.meshes import read_positions, read_triangles
+from refmesh_addon.bridge.scene.timeline import reach_with_views
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.operators.sequence import in_bytes, in_meters, preview, sides_of_first
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from refmesh_addon.bridge.status import STAGES, first_to_run, step_status, used_settings
+from refmesh_addon.bridge.results.status import STAGES, first_to_run, step_status, used_settings
 from refmesh_addon.ui.layout import seconds_in_words
 
 

@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 import pytest
 
-from refmesh_addon.bridge.center_colors import colors_by_number, colors_by_size
-from refmesh_addon.bridge.meshes import COLOR_NAME
-from refmesh_addon.core.error_scale import to_linear
+from refmesh_addon.bridge.results.center_colors import colors_by_number, colors_by_size
+from refmesh_addon.bridge.scene.meshes import COLOR_NAME
+from refmesh_addon.core.evaluation.error_scale import to_linear
 from refmesh_addon.core.findings import FIGURES
 from refmesh_addon.io.meshes import write_ply
 from refmesh_addon.io.own_ply import read_colors

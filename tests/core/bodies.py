@@ -3,8 +3,8 @@
 import numpy as np
 import trimesh
 
-from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry import sample_surface, triangle_normals
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry.mesh import sample_surface, triangle_normals
 from refmesh_addon.core.types import TriangleMesh
 
 _SHAPES = {

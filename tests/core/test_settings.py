@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import pytest
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.settings import PRESETS, Settings, flat_fields
 
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.pipeline.lock import output_lock
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.pipeline.process.lock import output_lock
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "sample_scenes" / "grasp" / "frames"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.files import PARTIAL_SUFFIX, atomic_file, output_folder, read_npz, write_json, write_npz
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.frame_range import FrameRange, as_choice, in_words, parse_ranges
 
 

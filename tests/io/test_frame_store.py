@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.frame_store import FrameStore
 from refmesh_addon.io.meshes import read_mesh, write_ply

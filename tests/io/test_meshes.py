@@ -5,8 +5,8 @@ import pytest
 import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
 
-from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.core.geometry import is_watertight, merged, signed_volume, triangle_areas
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.geometry.mesh import is_watertight, merged, signed_volume, triangle_areas
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import parse_mesh, read_mesh, write_ply
 from refmesh_addon.io.own_ply import read_colors

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.meshes import read_mesh, write_ply
 from refmesh_addon.io.own_ply import read_colors, read_surface, read_velocities
 

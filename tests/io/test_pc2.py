@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.pc2 import pc2_shape, read_pc2, write_pc2
 
 SAMPLES = np.random.default_rng(0).normal(size=(4, 7, 3))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import scipy
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.report import Distances, FrameReport, GroupReport, Report, read_report, versions
 from refmesh_addon.io.sequence import Frame, Sequence

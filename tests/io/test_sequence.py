@@ -2,7 +2,7 @@
 
 import pytest
 
-from refmesh_addon.core.check import RefMeshError
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.sequence import BLENDER_LAST_FRAME, find_sequence, held_frames, timeline_frame
 
 

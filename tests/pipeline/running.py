@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.pipeline.job import JobSpec
 from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
 
 from .conftest import TINY
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from refmesh_addon.core.check import RefMeshError
-from refmesh_addon.core.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry import sample_surface
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry.mesh import sample_surface
 from refmesh_addon.io.meshes import read_mesh
 
 from .conftest import FRAMES

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.check import Cancelled
-from refmesh_addon.core.geometry import is_watertight
+from refmesh_addon.core.errors import Cancelled
+from refmesh_addon.core.geometry.mesh import is_watertight
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
-from refmesh_addon.pipeline.job import STAGES, JobSpec
 from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import STAGES, JobSpec
 
 from .conftest import FRAMES, TINY
 from .running import cache_entries, finish, remade, report, results, stages_of

@@ -1,0 +1,43 @@
+"""What of a sequence is exported: which groups, and which scene frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from ...core.errors import RefMeshError
+from ..results.groups import spans
+
+
+@dataclass(frozen=True)
+class Choice:
+    """groups : index of each group -> the scene frames of it that are wanted, at least one.  first, last, step : of the scene frames."""
+
+    groups: dict[int, tuple[int, ...]]
+    first: int
+    last: int
+    step: int
+
+
+def choose(owner: bpy.types.Object, first: int, last: int, step: int, member: bpy.types.Object | None = None) -> Choice:
+    """The scene frames from `first` to `last`, 0 for those of the sequence, that a group has; of the group of `member` alone if given.
+
+    Raises RefMeshError when nothing is left.
+    """
+    state = owner.refmesh
+    if not state.groups or not all(group.deformed for group in state.groups):
+        raise RefMeshError(f"{state.root.name}: no deformed meshes to export; run the Deform step first")
+    start, end = state.frames[0].scene_frame, state.frames[-1].scene_frame
+    first, last = max(first, start) if first else start, min(last, end) if last else end
+    wanted = range(first, last + 1, step)
+    if not wanted:
+        raise RefMeshError(f"no frames to export: the sequence has {start} to {end}, asked for were {first} to {last}")
+    groups = {}
+    for index, (low, high) in enumerate(spans(owner)):
+        within = [frame for frame in wanted if (low is None or frame >= low) and (high is None or frame < high)]
+        if within and (member is None or member in (state.groups[index].deformed, state.groups[index].reference)):
+            groups[index] = tuple(within)
+    if not groups:
+        raise RefMeshError("no group of frames to export: select the deformed mesh of one, or choose other frames")
+    return Choice(groups, first, last, step)

@@ -1,0 +1,56 @@
+"""What Blender calls: the frame change shows the captured frame, opening a file looks for what is missing.
+
+The handlers call no operator: Blender may be rendering or exporting when they run.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..core.errors import RefMeshError
+from .results.heat_map import show_errors
+from .results.missing import missing_files
+from .sequence.raw_sequence import forget_frames, show_frame
+
+logger = logging.getLogger(__name__)
+_reported: set[str] = set()
+
+
+@persistent
+def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
+    """Frame-change handler: every sequence of the scene shows its frame; a file that fails is reported once."""
+    for candidate in scene.objects:
+        if candidate.refmesh.frames and candidate.library is None:
+            try:
+                show_frame(candidate, scene.frame_current)
+                if candidate.refmesh.heat_map:
+                    show_errors(candidate, scene.frame_current)
+            except RefMeshError as error:
+                if str(error) not in _reported:
+                    _reported.add(str(error))
+                    logger.warning("%s", error)
+
+
+@persistent
+def note_missing_files(*_) -> None:
+    """File-load handler: notes for every sequence of the file what it misses."""
+    for candidate in bpy.data.objects:
+        if candidate.refmesh.frames and candidate.library is None:
+            candidate.refmesh.missing = missing_files(candidate)
+
+
+def register():
+    """Adds both handlers."""
+    bpy.app.handlers.frame_change_post.append(show_scene_frame)
+    bpy.app.handlers.load_post.append(note_missing_files)
+
+
+def unregister():
+    """Removes them and forgets what was shown and reported."""
+    bpy.app.handlers.frame_change_post.remove(show_scene_frame)
+    bpy.app.handlers.load_post.remove(note_missing_files)
+    forget_frames()
+    _reported.clear()

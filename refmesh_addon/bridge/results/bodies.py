@@ -1,0 +1,88 @@
+"""Bodies that a person marks to be apart, by centers that are selected; what belongs to each shows in the colours of the centers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.errors import RefMeshError
+from ...core.reference.marks import Marks, marks_as_text, parse_marks
+from ..sequence.raw_sequence import frame_at
+from .center_colors import note_figures
+from .centers import deselect_centers, selected_centers
+from .loading import read_centers
+
+
+def mark_body(owner: bpy.types.Object, body: int | None, scene_frame: int) -> int:
+    """The selected centers are marks of `body`, counted from 0, or of a new one for None, and of no other. Gives the number of bodies.
+
+    scene_frame : where new marks are set; earlier ones keep their frame. Raises RefMeshError when no center is selected, or the
+    tracked centers are gone or do not fit.
+    """
+    state = owner.refmesh
+    chosen = selected_centers(state.centers)
+    if not len(chosen):
+        raise RefMeshError("no centers are selected: select some of one body in edit mode of the centers object")
+    frames, positions = _tracked(owner)
+    marks = parse_marks(state.settings.apart)
+    number = marks.frame if marks else int(frame_at(owner, scene_frame).name)
+    if number not in frames:
+        raise RefMeshError(f"frame {number} is not tracked: go to another frame, and remove bodies that were marked there")
+    centers = positions[frames.index(number)]
+    seeds = [np.setdiff1d(own, chosen) for own in _seeds(owner, centers, marks)]
+    if body is None:
+        seeds.append(chosen)
+    else:
+        seeds[body] = np.union1d(seeds[body], chosen)
+    _note(owner, number, [centers[own] for own in seeds if len(own)])
+    deselect_centers(state.centers)
+    return sum(len(own) > 0 for own in seeds)
+
+
+def forget_body(owner: bpy.types.Object, body: int) -> None:
+    """Removes the marks of a body, counted from 0."""
+    marks = parse_marks(owner.refmesh.settings.apart)
+    _note(owner, marks.frame, [points for index, points in enumerate(marks.bodies) if index != body])
+
+
+def show_bodies(owner: bpy.types.Object) -> None:
+    """Colours the centers by the bodies that the marks divide them into. Raises RefMeshError for marks that contradict each other."""
+    from ...core.reference.marked_bodies import bodies_by_marks
+    from ...core.tracking.center_figures import lasting_bodies
+
+    state = owner.refmesh
+    frames, positions = _tracked(owner)
+    marked = _plain(bodies_by_marks, positions, frames, state.center_spacing, parse_marks(state.settings.apart))
+    note_figures(state.centers, {"body": lasting_bodies(positions, state.center_spacing, marked)})
+    state.center_color = "BODY"
+
+
+def _note(owner: bpy.types.Object, frame: int, bodies: list[np.ndarray]) -> None:
+    owner.refmesh.settings.apart = marks_as_text(Marks(frame, tuple(bodies))) if bodies else ""
+    show_bodies(owner)
+
+
+def _seeds(owner: bpy.types.Object, centers: np.ndarray, marks: Marks | None) -> list[np.ndarray]:
+    from ...core.reference.marked_bodies import marked_centers
+
+    return _plain(marked_centers, centers, owner.refmesh.center_spacing, marks.bodies) if marks else []
+
+
+def _plain(function: Callable, *arguments):
+    """What the function gives; its ValueError in words for a person."""
+    try:
+        return function(*arguments)
+    except ValueError as error:
+        raise RefMeshError(f"{error}: remove the marked bodies and mark them again") from error
+
+
+def _tracked(owner: bpy.types.Object) -> tuple[list[int], np.ndarray]:
+    """Numbers of the tracked frames and (F, C, 3) centers in them."""
+    folder = Path(bpy.path.abspath(owner.refmesh.output))
+    centers = read_centers(folder)
+    if centers["positions"].shape[1] != len(owner.refmesh.centers.data.vertices):
+        raise RefMeshError(f"{folder}: has other centers than the scene; press Load Results first")
+    return centers["frames"].tolist(), centers["positions"]

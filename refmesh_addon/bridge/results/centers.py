@@ -1,0 +1,107 @@
+"""Tracked centers as an animated cloud of points that plays and renders without the add-on.
+
+A vertex-only mesh takes the PC2 cache and Geometry Nodes turn its vertices into points: real point clouds cannot be
+filled from Python before Blender 5.1.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils.kdtree import KDTree
+
+from ..scene.materials import attribute_material
+from ..scene.meshes import COLOR_NAME, fill_points, read_positions
+from ..scene.objects import new_member
+from ..scene.playback import CACHE_NAME, play_cache
+from .center_colors import color_centers, note_figures
+
+NODES_NAME = "RefMesh Points"
+RADIUS_SHARE = 0.25  # of the center spacing: points stay apart, and what lies behind them can be seen
+
+
+def show_centers(
+    owner: bpy.types.Object, positions: np.ndarray, cache: Path, first_scene_frame: int, apart: float, figures: dict[str, np.ndarray]
+) -> None:
+    """Makes or refreshes the centers of the sequence object `owner`.
+
+    positions : (C, 3), the centers in the first frame.  cache : PC2 file with one sample per scene frame.
+    apart : usual distance of neighbours.  figures : name -> (C,) what the centers can be coloured by.
+    """
+    state = owner.refmesh
+    if state.centers is None:
+        state.centers = new_member(state.root, f"{state.root.name} centers", _material())
+        state.centers.refmesh.sequence = owner
+        state.centers.show_in_front = True  # where all is in one place, they would be hidden inside the source
+    centers = state.centers
+    fill_points(centers.data, positions)
+    note_figures(centers, figures)
+    play_cache(centers, cache, first_scene_frame)
+    playing = centers.modifiers[CACHE_NAME]
+    playing.show_in_editmode = playing.show_on_cage = True  # centers are selected where they are in the shown frame
+    state.center_spacing = apart
+    restyle_centers(owner)
+
+
+def restyle_centers(owner: bpy.types.Object) -> None:
+    """Draws the centers in the size and the colours that the panel asks for."""
+    state = owner.refmesh
+    if state.centers is not None:
+        state.center_range = color_centers(state.centers, state.center_color, read_positions(state.centers.data))
+        _draw_as_points(state.centers, center_radius(owner), _material())
+
+
+def center_radius(owner: bpy.types.Object) -> float:
+    """At which the centers are drawn, in the units of the files."""
+    return RADIUS_SHARE * owner.refmesh.center_size * owner.refmesh.center_spacing
+
+
+def selected_centers(centers: bpy.types.Object) -> np.ndarray:
+    """Indices of the centers that are selected, as edit mode was left."""
+    selected = np.zeros(len(centers.data.vertices), dtype=bool)
+    centers.data.vertices.foreach_get("select", selected)
+    return np.flatnonzero(selected)
+
+
+def deselect_centers(centers: bpy.types.Object) -> None:
+    """So that the next choice begins with none."""
+    centers.data.vertices.foreach_set("select", np.zeros(len(centers.data.vertices), dtype=bool))
+    centers.data.update()
+
+
+def _material() -> bpy.types.Material:
+    return attribute_material("RefMesh Centers", COLOR_NAME)
+
+
+def spacing(positions: np.ndarray) -> float:
+    """Median distance from a center to its nearest neighbour, scene units."""
+    tree = KDTree(len(positions))
+    for index, position in enumerate(positions):
+        tree.insert(position, index)
+    tree.balance()
+    nearest = [tree.find_n(position, 2)[-1][2] for position in positions]
+    return float(np.median(nearest))
+
+
+def _draw_as_points(centers: bpy.types.Object, radius: float, material: bpy.types.Material) -> None:
+    modifier = centers.modifiers.get(NODES_NAME)
+    if modifier is None:
+        modifier = centers.modifiers.new(NODES_NAME, "NODES")
+        modifier.node_group = _points_nodes(centers.name, material)
+    for node in modifier.node_group.nodes:
+        if node.bl_idname == "GeometryNodeMeshToPoints":
+            node.inputs["Radius"].default_value = radius
+
+
+def _points_nodes(name: str, material: bpy.types.Material) -> bpy.types.GeometryNodeTree:
+    tree = bpy.data.node_groups.new(f"{name} points", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    chain = [tree.nodes.new(kind) for kind in ("NodeGroupInput", "GeometryNodeMeshToPoints", "GeometryNodeSetMaterial", "NodeGroupOutput")]
+    for column, (before, after) in enumerate(zip(chain, chain[1:], strict=False), start=1):
+        after.location.x = 200.0 * column
+        tree.links.new(before.outputs[0], after.inputs[0])
+    chain[2].inputs["Material"].default_value = material
+    return tree

@@ -1,0 +1,71 @@
+"""What each step will use, and whether its results still belong to the settings of the panel."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+
+from ...core.settings import Settings
+
+STAGES = {stage.name: [setting.name for setting in fields(type(stage.default))] for stage in fields(Settings)}
+WORDS = {"tracking": "Track", "reference": "Reference", "deformation": "Deform", "evaluation": "Measure Distance"}
+
+
+@dataclass(frozen=True)
+class StepStatus:
+    """kind : "never", "current" or "stale".  words : in one line.  seconds : that the step took, 0 where unknown."""
+
+    kind: str
+    words: str
+    seconds: float = 0.0
+
+
+def used_settings(state, seconds: dict[str, float], settings: dict[str, object]) -> str:
+    """What results were made with, as text for `state.results`.
+
+    seconds : of each step in the last run. A step that only took its results from the cache keeps the time it had before.
+    """
+    before = _results(state)
+    same = [name for name in seconds if _first_change(before, name, settings, state.frame_selection) == "" and name in state.done]
+    kept = {name: max(seconds[name], before["seconds"].get(name, 0.0)) if name in same else seconds[name] for name in seconds}
+    return json.dumps({"settings": settings, "frames": state.frame_selection, "seconds": kept})
+
+
+def step_status(state, stage: str) -> StepStatus:
+    """Of one stage of a sequence, by the settings that the panel shows now."""
+    if stage not in state.done:
+        return StepStatus("never", "not run yet")
+    results = _results(state)
+    change = _first_change(results, stage, state.settings.to_flat(), state.frame_selection)
+    if change:
+        return StepStatus("stale", f"stale: {change}", results["seconds"].get(stage, 0.0))
+    return StepStatus("current", "up to date", results["seconds"].get(stage, 0.0))
+
+
+def first_to_run(state, stage: str) -> str:
+    """The step that a job up to `stage` has to begin with, in words; "" when nothing is left to do."""
+    for name in list(STAGES)[: list(STAGES).index(stage) + 1]:
+        if step_status(state, name).kind != "current":
+            return WORDS[name]
+    return ""
+
+
+def _results(state) -> dict:
+    return json.loads(state.results) if state.results else {"settings": {}, "frames": "", "seconds": {}}
+
+
+def _first_change(results: dict, stage: str, settings: dict[str, object], frames: str) -> str:
+    """The first thing that a stage or one before it depends on and that differs, in words; "" when nothing does."""
+    if results["frames"] != frames:
+        return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"
+    for name, names in STAGES.items():
+        # Where tracking starts anew with each group, it depends on the groups too.
+        for setting in [*names, "group_size", "group_starts"] if settings.get("tracking") == "group" else names:
+            then, now = results["settings"].get(setting), settings.get(setting)
+            if then != now and setting == "apart":
+                return "other bodies are marked to be apart"
+            if then != now:
+                return f"{setting.replace('_', ' ')} was {then if then != '' else 'empty'}, is {now if now != '' else 'empty'} now"
+        if name == stage:
+            return ""
+    return ""

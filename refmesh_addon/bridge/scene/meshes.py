@@ -1,0 +1,70 @@
+"""Arrays into Blender meshes and back."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...core.types import TriangleMesh
+from ...io.preview import PreviewMesh
+
+COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colours; Cycles does not find one called "color"
+
+
+def fill_mesh(target: bpy.types.Mesh, mesh: TriangleMesh | PreviewMesh) -> None:
+    """Replaces the geometry of `target` by that of `mesh`; materials stay.
+
+    Vertices and triangles keep their order; Blender stores positions as float32 and shades the surface smooth.
+    """
+    target.clear_geometry()
+    _add_vertices(target, mesh.vertices)
+    known = isinstance(mesh, PreviewMesh) and len(mesh.edges) > 0
+    if known:
+        target.edges.add(len(mesh.edges))
+        _set(target, ".edge_verts", mesh.edges)
+    corners = len(mesh.triangles) * 3
+    target.loops.add(corners)
+    _set(target, ".corner_vert", mesh.triangles)
+    if known:
+        _set(target, ".corner_edge", mesh.triangle_edges)
+    target.polygons.add(len(mesh.triangles))
+    target.polygons.foreach_set("loop_start", np.arange(0, corners, 3, dtype=np.int32))
+    target.update(calc_edges=not known)
+
+
+def _set(target: bpy.types.Mesh, attribute: str, indices: np.ndarray) -> None:
+    # Some ten times faster than through the items of mesh.edges and mesh.loops.
+    target.attributes[attribute].data.foreach_set("value", np.ascontiguousarray(indices, dtype=np.int32).ravel())
+
+
+def fill_points(target: bpy.types.Mesh, positions: np.ndarray) -> None:
+    """Replaces the geometry of `target` by loose vertices at (C, 3) positions."""
+    target.clear_geometry()
+    _add_vertices(target, positions)
+    target.update()
+
+
+def _add_vertices(target: bpy.types.Mesh, positions: np.ndarray) -> None:
+    target.vertices.add(len(positions))
+    # Through the attribute: some hundred times faster than through vertices.co.
+    target.attributes["position"].data.foreach_set("vector", positions.astype(np.float32).ravel())
+
+
+def read_positions(source: bpy.types.Mesh) -> np.ndarray:
+    """(V, 3) float32 vertex positions of a Blender mesh, in the coordinates of its object."""
+    flat = np.empty(3 * len(source.vertices), dtype=np.float32)
+    source.attributes["position"].data.foreach_get("vector", flat)
+    return flat.reshape(-1, 3)
+
+
+def read_triangles(source: bpy.types.Mesh) -> np.ndarray:
+    """(T, 3) int32 corners of a Blender mesh that consists of triangles."""
+    flat = np.empty(len(source.loops), dtype=np.int32)
+    source.loops.foreach_get("vertex_index", flat)
+    return flat.reshape(-1, 3)
+
+
+def set_colors(target: bpy.types.Mesh, colors: np.ndarray) -> None:
+    """Writes (V, 4) colours, linear, 0 to 1, as vertex colours."""
+    attribute = target.attributes.get(COLOR_NAME) or target.attributes.new(COLOR_NAME, "FLOAT_COLOR", "POINT")
+    attribute.data.foreach_set("color", colors.astype(np.float32).ravel())

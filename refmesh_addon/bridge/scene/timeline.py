@@ -1,0 +1,106 @@
+"""What concerns the scene as a whole: timeline, emptying, saving."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import RefMeshError
+
+# What a 3D view shows, against the size of the sequence: from so near to so far.
+NEAREST, FARTHEST = (1e-3, 1e-2), 20.0
+LAST_BLOCK, TAIL = b"ENDB", 64  # what an uncompressed .blend ends with, in its last bytes
+
+
+def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0) -> None:
+    """Frame range from `first` to `last`, the first frame shown, and the frame rate unless it is 0."""
+    scene.frame_start, scene.frame_end = first, last
+    if fps > 0:
+        # Blender holds 29.97 as 30 frames in 1.001 seconds.
+        scene.render.fps = max(1, round(fps))
+        scene.render.fps_base = scene.render.fps / fps
+    scene.frame_set(first)
+
+
+def reach_with_views(size: float) -> None:
+    """Lets the 3D views see something of this size: a capture in millimeters would end behind what they show.
+
+    size : longest side, scene units.
+    """
+    spaces = (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D")
+    for space in spaces:
+        space.clip_start = min(max(space.clip_start, NEAREST[0] * size), NEAREST[1] * size)
+        space.clip_end = max(space.clip_end, FARTHEST * size)
+
+
+@contextmanager
+def timeline(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
+    """The frame range inside the block; range and current frame are as before afterwards."""
+    before = scene.frame_start, scene.frame_end, scene.frame_current
+    # Blender keeps start <= end, so the start is first moved out of the way.
+    scene.frame_start, scene.frame_end = first, last
+    try:
+        yield
+    finally:
+        scene.frame_start, scene.frame_end = before[:2]
+        scene.frame_set(before[2])
+
+
+def empty_scene() -> None:
+    """Removes everything that a scene shows, and what only that used."""
+    for kind in (bpy.data.objects, bpy.data.collections):
+        bpy.data.batch_remove(list(kind))
+    bpy.data.orphans_purge(do_recursive=True)
+
+
+def save_scene(path: Path) -> None:
+    """Saves the .blend; files that lie beside it are named relative to it, so that the folder can be moved.
+
+    Raises RefMeshError, naming the file, when it cannot be written.
+    """
+    filepaths = bpy.context.preferences.filepaths
+    versions, filepaths.save_version = filepaths.save_version, 0  # no scene.blend1 among the results
+    paths = _sequence_paths()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for item, name, value in paths:
+            setattr(item, name, _relative(value, path.parent))
+        _check_room(path)
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), relative_remap=True, check_existing=False)
+    except (OSError, RuntimeError) as error:
+        for item, name, value in paths:
+            setattr(item, name, value)
+        raise RefMeshError(f"{path}: the scene cannot be saved ({str(error).strip()}); choose another place") from error
+    finally:
+        filepaths.save_version = versions
+
+
+def _check_room(path: Path) -> None:
+    """Raises OSError when the file would be cut off: Blender says nothing of a full disk, and the file before is then lost."""
+    trial = path.with_name(f"{path.stem}.partial{path.suffix}")
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(trial), copy=True, compress=False, check_existing=False)
+        if LAST_BLOCK not in trial.read_bytes()[-TAIL:]:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        trial.unlink(missing_ok=True)
+
+
+def _sequence_paths() -> list[tuple]:
+    """(holder, name of the property, value) of each path that a sequence remembers."""
+    states = [candidate.refmesh for candidate in bpy.data.objects if candidate.refmesh.frames]
+    holders = [(state, name) for state in states for name in ("source", "output")]
+    holders += [(frame, "path") for state in states for frame in state.frames]
+    return [(holder, name, getattr(holder, name)) for holder, name in holders if getattr(holder, name)]
+
+
+def _relative(path: str, folder: Path) -> str:
+    try:
+        return bpy.path.relpath(bpy.path.abspath(path), start=str(folder))
+    except ValueError:  # another drive on Windows
+        return path

@@ -1,0 +1,1 @@
+"""The captured frames in the scene."""

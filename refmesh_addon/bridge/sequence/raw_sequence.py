@@ -1,0 +1,79 @@
+"""The mesh-sequence object: its mesh is filled with the frame that the timeline shows.
+
+Only this preview needs the add-on; results play through `playback`. Showing a frame that was seen before is cheap.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from pathlib import Path
+
+import bpy
+
+from ...io.frame_store import FrameStore
+from ...io.preview import PreviewMesh
+from ...io.sequence import Sequence, timeline_frame
+from ..scene.materials import SOURCE_COLOR, plain_material
+from ..scene.meshes import fill_mesh
+from ..scene.objects import new_member, new_root
+
+MEGABYTE = 2**20
+MEMORY_BUDGET = 512 * MEGABYTE  # until the preferences say otherwise; about 80 frames of 100k vertices
+
+
+_store = FrameStore(MEMORY_BUDGET)
+
+
+def set_memory_budget(megabytes: int) -> None:
+    """How much memory the frames that were shown lately may take."""
+    _store.set_budget(megabytes * MEGABYTE)
+
+
+def forget_frames() -> None:
+    """Gives back the memory of all frames that were shown."""
+    _store.clear()
+
+
+def read_frame(path: str | Path, output: str | Path) -> PreviewMesh:
+    """The mesh of a frame, from memory or from the cache in the output folder where it has been read before.
+
+    Raises RefMeshError when it cannot be read.
+    """
+    return _store.read(Path(path), Path(output))
+
+
+def new_sequence(
+    scene: bpy.types.Scene, sequence: Sequence, first: PreviewMesh, name: str, up_axis: str = "Z", unit: float = 1.0
+) -> bpy.types.Object:
+    """Collection, root and mesh-sequence object called `name`, showing `first`, the mesh of the first frame.
+
+    The root alone carries axis and unit: data and results stay in the coordinates of the files.
+    """
+    root = new_root(scene, name, up_axis, unit)
+    owner = new_member(root, f"{name} source", plain_material("RefMesh Source", SOURCE_COLOR))
+    root.refmesh.sequence, owner.refmesh.root = owner, root
+    for frame in sequence.frames:
+        item = owner.refmesh.frames.add()
+        item.name, item.path, item.scene_frame = str(frame.number), str(frame.path), timeline_frame(sequence, frame.number)
+    fill_mesh(owner.data, first)
+    owner.refmesh.shown = owner.refmesh.frames[0].name
+    return owner
+
+
+def frame_at(owner: bpy.types.Object, scene_frame: int) -> bpy.types.PropertyGroup:
+    """The frame of the sequence that is shown at `scene_frame`; a missing number holds the frame before it."""
+    frames = owner.refmesh.frames
+    starts = [0] * len(frames)
+    frames.foreach_get("scene_frame", starts)
+    return frames[max(bisect_right(starts, scene_frame) - 1, 0)]
+
+
+def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
+    """Fills the sequence object with the frame shown at `scene_frame`.
+
+    Raises RefMeshError when the file cannot be read; the mesh stays as it was then.
+    """
+    frame = frame_at(owner, scene_frame)
+    if frame.name != owner.refmesh.shown:
+        fill_mesh(owner.data, read_frame(bpy.path.abspath(frame.path), bpy.path.abspath(owner.refmesh.output)))
+        owner.refmesh.shown = frame.name

@@ -1,0 +1,1 @@
+"""What scans bring: seams, patches turned inward, floaters; and what a check finds."""

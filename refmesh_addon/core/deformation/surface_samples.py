@@ -1,0 +1,65 @@
+"""Points of a surface that are asked about: its vertices, then the centres of its triangles, each with the area it stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy import sparse
+
+from ..geometry.mesh import area_vectors, distinct, normalized
+from ..types import TriangleMesh, _FrozenArrays
+
+
+@dataclass(frozen=True)
+class SurfaceSamples(_FrozenArrays):
+    """Vertices, then centres of triangles of a surface.
+
+    points, normals : (N, 3).  triangles : (N,) a triangle that holds the point.
+    corners, shares : (N, 3) vertices around the point and their barycentric weights.
+    weights : (N,) the area that each stands for, mean 1.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    corners: np.ndarray
+    shares: np.ndarray
+    weights: np.ndarray
+
+    def every(self, stride: int) -> SurfaceSamples:
+        """Every n-th of them."""
+        return self if stride == 1 else SurfaceSamples(*(getattr(self, item.name)[::stride] for item in fields(self)))
+
+
+class SurfaceSampler:
+    """Built once from a mesh, asked for the samples of any deformation of it. Vertices that coincide in the mesh are taken as one."""
+
+    def __init__(self, mesh: TriangleMesh):
+        first, place = distinct(mesh.vertices)
+        corners = first[place][mesh.triangles]
+        whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+        # In the order of the mesh: what a stride picks must not depend on coordinates.
+        self._kept, compact = np.unique(corners[whole], return_inverse=True)
+        holders = np.repeat(np.flatnonzero(whole), 3)
+        shape = len(self._kept), len(mesh.triangles)
+        self._around = sparse.csr_matrix((np.ones(len(holders)), (compact.reshape(-1), holders)), shape=shape)
+        last = self._around.indices[self._around.indptr[1:] - 1].astype(np.int64)
+        self._triangles = np.concatenate([last, np.arange(len(mesh.triangles))])
+        self._corners = np.concatenate([np.repeat(self._kept[:, None], 3, axis=1), mesh.triangles])
+        self._shares = np.concatenate([np.tile([1.0, 0.0, 0.0], (len(self._kept), 1)), np.full((len(mesh.triangles), 3), 1 / 3)])
+
+    def of(self, mesh: TriangleMesh) -> SurfaceSamples:
+        """mesh : the one it was built from, or that one deformed."""
+        vectors = area_vectors(mesh)
+        areas = np.linalg.norm(vectors, axis=1)
+        a, b, c = (mesh.vertices.take(corner, axis=0) for corner in mesh.triangles.T)
+        weights = np.concatenate([self._around @ areas / 3.0, areas])
+        return SurfaceSamples(
+            np.concatenate([mesh.vertices[self._kept], (a + b + c) / 3.0]),
+            normalized(np.concatenate([self._around @ vectors, vectors])),
+            self._triangles,
+            self._corners,
+            self._shares,
+            weights / weights.mean(),
+        )

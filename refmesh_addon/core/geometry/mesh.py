@@ -1,0 +1,156 @@
+"""Plain triangle-mesh geometry: areas, normals, merging, components, sampling."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..types import TriangleMesh
+
+TINY = np.finfo(np.float64).tiny  # keeps 0 / 0 away from degenerate triangles without moving any other value
+
+
+def area_vectors(mesh: TriangleMesh) -> np.ndarray:
+    """Unit normal times area of each triangle, (T, 3), scene units squared."""
+    axes = np.ascontiguousarray(mesh.vertices.T)  # whole axes take half the time of np.cross on rows
+    a, b, c = (axes.take(corner, axis=1) for corner in mesh.triangles.T)
+    u, v = b - a, c - a
+    return 0.5 * np.stack([u[y] * v[z] - u[z] * v[y] for y, z in ((1, 2), (2, 0), (0, 1))], axis=1)
+
+
+def triangles_at(mesh: TriangleMesh, chosen: np.ndarray) -> np.ndarray:
+    """(T,) bool, whether a triangle has a corner among the (V,) bool chosen vertices."""
+    a, b, c = (chosen.take(corner) for corner in mesh.triangles.T)
+    return a | b | c
+
+
+def triangle_areas(mesh: TriangleMesh) -> np.ndarray:
+    """(T,) scene units squared."""
+    return np.linalg.norm(area_vectors(mesh), axis=1)
+
+
+def normalized(vectors: np.ndarray) -> np.ndarray:
+    """Rows of (N, 3) scaled to length one; zero rows stay zero."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), TINY)
+
+
+def triangle_normals(mesh: TriangleMesh) -> np.ndarray:
+    """(T, 3) unit normals; zero for degenerate triangles."""
+    return normalized(area_vectors(mesh))
+
+
+def vertex_normals(mesh: TriangleMesh) -> np.ndarray:
+    """(V, 3) area-weighted unit normals; zero where a vertex has no triangle with area."""
+    return normalized(vertex_triangle_incidence(mesh) @ area_vectors(mesh))
+
+
+def vertex_areas(mesh: TriangleMesh) -> np.ndarray:
+    """(V,) a third of the area of the triangles around each vertex, scene units squared."""
+    return vertex_triangle_incidence(mesh) @ triangle_areas(mesh) / 3.0
+
+
+def vertex_triangle_incidence(mesh: TriangleMesh) -> sparse.csr_matrix:
+    """(V, T) ones where a vertex is a corner of a triangle: sums over the triangles around each vertex."""
+    count = len(mesh.triangles)
+    rows = mesh.triangles.ravel()
+    columns = np.repeat(np.arange(count), 3)
+    return sparse.csr_matrix((np.ones(3 * count), (rows, columns)), shape=(len(mesh.vertices), count))
+
+
+def triangle_shapes(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normals (K, 3) of triangles with (K, 3, 3) corners, and their quality (K,).
+
+    Quality is 4 sqrt(3) area / sum of squared sides: 1 for a regular triangle, 0 for a flat one.
+    """
+    sides = np.roll(corners, -1, axis=1) - corners
+    normals = np.cross(sides[:, 0], sides[:, 1])
+    return normalized(normals), 2 * np.sqrt(3) * np.linalg.norm(normals, axis=1) / np.maximum((sides**2).sum(axis=(1, 2)), TINY)
+
+
+def signed_volume(mesh: TriangleMesh) -> float:
+    """Enclosed volume, negative for an inside-out mesh; exact for closed meshes, scene units cubed."""
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    a, b, c = centred[mesh.triangles].transpose(1, 0, 2)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def component_volumes(mesh: TriangleMesh, component: np.ndarray) -> np.ndarray:
+    """Enclosed volume of each component, negative for a hollow.  component : (V,) numbers, as `vertex_components` gives them."""
+    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.triangles].transpose(1, 0, 2)
+    return np.bincount(component[mesh.triangles[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, component.max(initial=-1) + 1)
+
+
+def edges(mesh: TriangleMesh) -> np.ndarray:
+    """(E, 2) int32, each undirected edge once, lower index first, sorted."""
+    pairs, count = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), max(len(mesh.vertices), 1)
+    keys = np.unique(pairs.astype(np.int64) @ [count, 1])  # one number for each edge: rows take ten times as long to sort
+    return np.column_stack(np.divmod(keys, count)).astype(np.int32)
+
+
+def mean_edge_length(mesh: TriangleMesh) -> float:
+    """Scene units; 0 for a mesh without triangles."""
+    pairs = edges(mesh)
+    if not len(pairs):
+        return 0.0
+    return float(np.linalg.norm(mesh.vertices[pairs[:, 0]] - mesh.vertices[pairs[:, 1]], axis=1).mean())
+
+
+def vertex_components(mesh: TriangleMesh) -> tuple[int, np.ndarray]:
+    """Number of connected components and the (V,) label of each vertex; lone vertices count."""
+    pairs = edges(mesh)
+    count = len(mesh.vertices)
+    graph = sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return csgraph.connected_components(graph, directed=False)
+
+
+def is_watertight(mesh: TriangleMesh) -> bool:
+    """True when each edge has exactly two triangles that run along it in opposite directions."""
+    if not len(mesh.triangles):
+        return False
+    directed = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
+    count = len(mesh.vertices)
+    forward = np.sort(directed[:, 0] * count + directed[:, 1])
+    backward = np.sort(directed[:, 1] * count + directed[:, 0])
+    return bool(np.array_equal(forward, backward) and np.all(np.diff(forward) > 0))
+
+
+def distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first of each of (N, 3) points that coincide exactly, in ascending order (M,), and which of these each point is (N,).
+
+    What np.unique gives for rows, which it takes three times as long to sort.
+    """
+    order = np.lexsort(points.T[::-1])
+    new = np.ones(len(points), dtype=bool)
+    new[1:] = (np.diff(points[order], axis=0) != 0).any(axis=1)
+    place = np.empty(len(points), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return order[new], place
+
+
+def merged(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
+    """Merges vertices that coincide exactly (UV seams) and drops triangles that collapse and unused vertices.
+
+    Returns the mesh and, for each of its vertices, the (V',) index of one original vertex.
+    """
+    first, place = distinct(mesh.vertices)
+    triangles = place[mesh.triangles]
+    whole = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
+    triangles = triangles[whole]
+    used, compact = np.unique(triangles, return_inverse=True)
+    kept = first[used]
+    return TriangleMesh(mesh.vertices[kept], compact.reshape(-1, 3)), kept
+
+
+def sample_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """`count` points spread evenly by area: positions (count, 3) and the (count,) triangle of each."""
+    areas = triangle_areas(mesh)
+    total = areas.sum()
+    if not total > 0:
+        raise ValueError("mesh has no area to sample")
+    chosen = np.searchsorted(np.cumsum(areas), rng.random(count) * total, side="right").clip(max=len(areas) - 1)
+    u, v = rng.random((2, count))
+    beyond = u + v > 1
+    u[beyond], v[beyond] = 1 - u[beyond], 1 - v[beyond]
+    a, b, c = mesh.vertices[mesh.triangles[chosen]].transpose(1, 0, 2)
+    return a + u[:, None] * (b - a) + v[:, None] * (c - a), chosen

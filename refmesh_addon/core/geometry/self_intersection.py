@@ -1,0 +1,87 @@
+"""Triangles of a mesh that cross each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..types import TriangleMesh
+from .mesh import edges
+
+BLOCK = 20_000  # edges looked at together, which bounds the memory
+
+
+def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
+    """(T,) True for triangles that cross another triangle of the mesh; sharing a vertex or an edge is no crossing.
+
+    Two triangles cross where an edge of one pierces the other; an edge is not tried on triangles that share a vertex with it.
+    """
+    crossing = np.zeros(len(mesh.triangles), dtype=bool)
+    vertices = mesh.vertices - mesh.vertices.mean(axis=0)
+    links, pierced = edges(mesh), []
+    for edge, triangle in _near(vertices, links, mesh.triangles):
+        apart = (links[edge][:, :, None] != mesh.triangles[triangle][:, None]).all(axis=(1, 2))
+        edge, triangle = edge[apart], triangle[apart]
+        hit = _pierces(vertices[links[edge]], vertices[mesh.triangles[triangle]])
+        crossing[triangle[hit]] = True
+        pierced.append(links[edge[hit]])
+    piercing = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pierced])
+    count = len(vertices)
+    sides = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64), axis=1) @ [count, 1]
+    return crossing | np.isin(sides, np.sort(piercing, axis=1) @ [count, 1]).reshape(-1, 3).any(axis=1)
+
+
+def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
+    """(T,) as `crossing_triangles`, where no other triangles than the (T,) bool changed ones can cross one.
+
+    Those near them are looked at alone: a few of many, where a surface is mended.
+    """
+    result = np.zeros(len(mesh.triangles), dtype=bool)
+    if changed.any():
+        corners = mesh.vertices[mesh.triangles]
+        centers = corners.mean(axis=1)
+        radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
+        distance, _ = cKDTree(centers[changed]).query(centers, distance_upper_bound=2 * radii.max())
+        near = distance <= radii + radii[changed].max()
+        used, triangles = np.unique(mesh.triangles[near], return_inverse=True)
+        result[near] = crossing_triangles(TriangleMesh(mesh.vertices[used], triangles.reshape(-1, 3)))
+    return result
+
+
+def _near(vertices: np.ndarray, links: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pairs (edge, triangle) whose bounding spheres meet, in blocks."""
+    centers = vertices[triangles].mean(axis=1)
+    radii = np.linalg.norm(vertices[triangles] - centers[:, None], axis=2).max(axis=1)
+    middles = vertices[links].mean(axis=1)
+    halves = np.linalg.norm(vertices[links[:, 0]] - vertices[links[:, 1]], axis=1) / 2
+    for these in _size_classes(radii):
+        tree, reach = cKDTree(centers[these]), radii[these].max()
+        for those in _size_classes(halves):
+            for start in range(0, len(those), BLOCK):
+                block = those[start : start + BLOCK]
+                found = cKDTree(middles[block]).sparse_distance_matrix(tree, reach + halves[block].max(), output_type="coo_matrix")
+                edge, triangle = block[found.row], these[found.col]
+                near = found.data <= halves[edge] + radii[triangle]
+                yield edge[near], triangle[near]
+
+
+def _size_classes(sizes: np.ndarray) -> list[np.ndarray]:
+    """Indices of the sizes within each power of two, so that one long edge does not widen the search for all."""
+    power = np.frexp(sizes)[1]
+    return [np.flatnonzero(power == found) for found in np.unique(power)]
+
+
+def _pierces(segments: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(K,) True where segment (K, 2, 3) goes through triangle (K, 3, 3), its border included."""
+    start, end = segments[:, 0], segments[:, 1]
+    a, b, c = (triangles[:, corner] for corner in range(3))
+    apart = _volume(a, b, c, start) * _volume(a, b, c, end) < 0
+    around = np.array([_volume(start, end, a, b), _volume(start, end, b, c), _volume(start, end, c, a)])
+    return apart & ((around >= 0).all(axis=0) | (around <= 0).all(axis=0))
+
+
+def _volume(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """(K,) six times the signed volumes of tetrahedra."""
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)

@@ -1,0 +1,32 @@
+"""Moving a surface onto another where only its fine detail differs: a smooth offset along its normals."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from ..geometry.cotangent import cotangent_weights
+from ..geometry.factor import factored
+from ..geometry.mesh import vertex_areas, vertex_normals
+from ..types import TriangleMesh
+
+DAMPING = 1e-3  # of a vertex's area: keeps parts that no target speaks for where they are
+
+
+def moved_along_normals(surface: TriangleMesh, chosen: np.ndarray, targets: np.ndarray, extent: float) -> np.ndarray:
+    """(V, 3) vertices moved along their normals towards targets.
+
+    chosen : (N,) vertices that have a target.  targets : (N, 3).  extent : detail finer than this, in scene units, is smoothed away.
+    The offsets h minimise the integral of (h - gap)^2 where there is a target, plus extent^2 |grad h|^2 everywhere: where
+    there is none, they run out smoothly over the surface.
+    """
+    if not len(chosen):
+        return surface.vertices
+    normals, areas = vertex_normals(surface), vertex_areas(surface)
+    gap, weight = np.zeros(len(normals)), np.zeros(len(normals))
+    gap[chosen] = np.einsum("ij,ij->i", normals[chosen], targets - surface.vertices[chosen])
+    weight[chosen] = areas[chosen]
+    stiffness = extent**2 * sparse.csgraph.laplacian(cotangent_weights(surface))
+    damping = DAMPING * np.where(areas > 0, areas, areas.mean())
+    system = sparse.diags(weight + damping) + stiffness
+    return surface.vertices + factored(system).solve(weight * gap)[:, None] * normals

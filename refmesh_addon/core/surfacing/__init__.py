@@ -1,0 +1,1 @@
+"""From oriented points to a closed surface of evenly sized triangles."""

@@ -1,0 +1,1 @@
+"""Centers that follow the volume of a sequence."""

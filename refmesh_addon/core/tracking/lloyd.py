@@ -1,0 +1,83 @@
+"""Lloyd's relaxation: centers spread evenly through a volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..types import _FrozenArrays
+from .bisection import equal_parts
+from .ownership import Ownership
+from .volume import Volume
+
+OVER_RELAXATION = 1.8  # published factor: a step goes this much of the way to the centroid and settles sooner
+MOST_STEPS = 100  # published number of steps for the first spread, on each level
+SETTLED = 1e-3  # largest step, in s, at which the first spread has settled
+
+
+@dataclass(frozen=True)
+class Cells(_FrozenArrays):
+    """The share of the volume nearest to each center.
+
+    masses : (C,) voxels.  centroids : (C, 3).  second : (C, 3, 3) mean outer product about the centroid, units squared;
+    a center that owns nothing has its nearest sample as centroid.  energy : mean squared distance to the owner.
+    """
+
+    masses: np.ndarray
+    centroids: np.ndarray
+    second: np.ndarray
+    energy: float
+
+    @property
+    def non_uniformity(self) -> float:
+        """DFU: standard deviation over mean of the voxels per center."""
+        return float(self.masses.std() / self.masses.mean())
+
+
+def centroids(centers: np.ndarray, ownership: Ownership) -> np.ndarray:
+    """(C, 3) where Lloyd's step would put each of (C, 3) centers."""
+    return _first_moments(ownership.of(centers), centers, ownership.samples)[1]
+
+
+def cells(centers: np.ndarray, ownership: Ownership) -> Cells:
+    """Masses and first and second moments of the cells of (C, 3) centers."""
+    owner, samples = ownership.of(centers), ownership.samples
+    masses, middle = _first_moments(owner, centers, samples)
+    offset = samples.positions - middle[owner]
+    second = np.empty((len(centers), 3, 3))
+    for i in range(3):
+        for j in range(i, 3):
+            second[:, i, j] = second[:, j, i] = np.bincount(owner, samples.masses * offset[:, i] * offset[:, j], len(centers))
+    second /= np.maximum(masses, 1)[:, None, None]
+    energy = float(samples.masses @ ownership.distances(centers) ** 2 / samples.masses.sum())
+    return Cells(masses, middle, second, energy)
+
+
+def spread(volume: Volume, count: int) -> np.ndarray:
+    """`count` centers (C, 3) spread evenly through a volume: parts of equal mass, relaxed coarse levels first.
+
+    Turned, moved or scaled with the body, within what the voxels do not show.
+    """
+    spacing = volume.center_spacing(count)
+    centers = equal_parts(volume.finest, count)
+    for level in volume.levels:
+        ownership, largest = Ownership(level), np.inf
+        for _ in range(MOST_STEPS):
+            if largest < SETTLED * spacing:
+                break
+            step = OVER_RELAXATION * (centroids(centers, ownership) - centers)
+            centers, largest = centers + step, np.linalg.norm(step, axis=1).max()
+    return centroids(centers, ownership)
+
+
+def _first_moments(owner, centers, samples) -> tuple[np.ndarray, np.ndarray]:
+    count = len(centers)
+    masses = np.bincount(owner, samples.masses, count)
+    middle = np.stack([np.bincount(owner, samples.masses * samples.positions[:, k], count) for k in range(3)], axis=1)
+    middle = middle / np.maximum(masses, 1)[:, None]
+    empty = np.flatnonzero(masses == 0)
+    if len(empty):
+        middle[empty] = samples.positions[cKDTree(samples.positions).query(centers[empty])[1]]
+    return masses, middle

@@ -1,0 +1,67 @@
+"""How rigidly centers move between two frames: the ARAP energy on the affinity graph, and the step that lowers it.
+
+    sum over pairs: a_ij |(c_i - c_j) - (R_i + R_j)/2 (o_i - o_j)|^2 / m
+
+for centers c in the new frame and o in the old one, R_i the best rotation of the neighbourhood of i, a the affinities and
+m their mean sum over a center's kin. Turning an edge by the mean of its two ends' rotations follows a bend or a twist
+to second order; carrying each center by its neighbourhood's single motion, as published, flattens it a little in every frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from ..geometry.rotations import rigid_motions
+
+SOLVER_STEPS = 6  # conjugate-gradient steps of one solve, started from the present centers; the outer loop goes on from there
+
+
+class Rigidity:
+    """The rigidity between a frame with (C, 3) centers `old` and the next one, for (C, C) affinity weights."""
+
+    def __init__(self, weights: sparse.csr_matrix, old: np.ndarray):
+        self.weights, self.old = weights, old
+        kin = weights - sparse.diags(weights.diagonal())
+        degrees = np.asarray(kin.sum(axis=1)).ravel()
+        mean = degrees.mean() if degrees.any() else 1.0
+        self._kin, self._degrees = (kin / mean).tocsr(), degrees / mean
+        self._old_laplacian = self._laplacian(old)
+
+    def pulled(self, centers: np.ndarray, goals: np.ndarray, weight: float) -> np.ndarray:
+        """(C, 3) centers nearer to the minimum of |c - goals|^2 + weight * rigidity, rotations held at those of `centers`.
+
+        Solving for all centers at once lets a pull that only the surface feels move a whole limb in one step.
+        """
+        right = goals + weight * self._turned_laplacian(centers)
+        return self._solved(centers, right, weight)
+
+    def _turned_laplacian(self, centers: np.ndarray) -> np.ndarray:
+        """(C, 3) sums over j of a_ij (R_i + R_j)/2 (o_i - o_j)."""
+        turns = rigid_motions(self.weights, self.old, centers).rotations
+        turned = np.einsum("nij,nj->ni", turns, self.old)
+        sums = self._kin @ np.hstack([turns.reshape(-1, 9), turned])
+        theirs = np.einsum("nij,nj->ni", sums[:, :9].reshape(-1, 3, 3), self.old) - sums[:, 9:]
+        return 0.5 * (np.einsum("nij,nj->ni", turns, self._old_laplacian) + theirs)
+
+    def _laplacian(self, values: np.ndarray) -> np.ndarray:
+        return self._degrees[:, None] * values - self._kin @ values
+
+    def _solved(self, start: np.ndarray, right: np.ndarray, weight: float) -> np.ndarray:
+        """Conjugate gradients on (I + weight * Laplacian) c = right, the three coordinates side by side."""
+        scale = 1.0 / (1.0 + weight * self._degrees)[:, None]
+        centers = start
+        residual = right - centers - weight * self._laplacian(centers)
+        preconditioned = scale * residual
+        direction, size = preconditioned, np.einsum("ij,ij->j", residual, preconditioned)
+        for _ in range(SOLVER_STEPS):
+            image = direction + weight * self._laplacian(direction)
+            curvature = np.einsum("ij,ij->j", direction, image)
+            length = np.divide(size, curvature, out=np.zeros(3), where=curvature > 0)
+            centers = centers + length * direction
+            residual = residual - length * image
+            preconditioned = scale * residual
+            new_size = np.einsum("ij,ij->j", residual, preconditioned)
+            direction = preconditioned + np.divide(new_size, size, out=np.zeros(3), where=size > 0) * direction
+            size = new_size
+        return centers

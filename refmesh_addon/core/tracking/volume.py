@@ -1,0 +1,127 @@
+"""The enclosed volume as weighted points, coarse to fine: what centers are spread through.
+
+Filling decides at the full resolution what is inside; Lloyd's integrals do not need every voxel. Blocks of voxels that
+keep their exact mass and centroid serve as well: with some hundred blocks per center the pull differs from the one over
+all voxels by far less than a voxel, at a small part of the cost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.voxels import fill, grid_around
+from ..types import TriangleMesh, _FrozenArrays
+
+SAMPLES_PER_CENTER = (8, 32, 200)  # blocks wanted per center on each level, coarse to fine
+
+
+@dataclass(frozen=True)
+class VolumeSamples(_FrozenArrays):
+    """positions : (N, 3) centroids of the filled part of each block, scene units.
+    masses : (N,) float64, filled voxels in the block.  spacing : edge of a block, scene units.
+    """
+
+    positions: np.ndarray
+    masses: np.ndarray
+    spacing: float
+
+
+@dataclass(frozen=True)
+class Volume:
+    """levels : coarse to fine samples of the same volume.  voxel : edge of a voxel.  size : enclosed volume, cubed units."""
+
+    levels: tuple[VolumeSamples, ...]
+    voxel: float
+    size: float
+
+    @property
+    def finest(self) -> VolumeSamples:
+        """The finest samples of the volume."""
+        return self.levels[-1]
+
+    def center_spacing(self, count: int) -> float:
+        """s = (enclosed volume / C)^(1/3), the unit of every tracking length."""
+        return float((self.size / count) ** (1 / 3))
+
+
+def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
+    """The volume of one frame for `count` centers.
+
+    Raises ValueError when no voxel is inside, or fewer than there are centers.
+    """
+    grid = grid_around(mesh.vertices, resolution)
+    inside = fill(mesh, grid)
+    filled = int(np.count_nonzero(inside))
+    if filled < count:
+        raise ValueError(f"only {filled} voxels lie inside at resolution {resolution}, too few for {count} centers")
+    *coarse, finest = (_block_edge(filled, wanted * count) for wanted in SAMPLES_PER_CENTER)
+    blocks = [_voxel_blocks(inside, finest)]
+    for edge in dict.fromkeys(finest * max(1, edge // finest) for edge in reversed(coarse)):
+        if edge > finest:
+            blocks.append(_joined(blocks[0], edge // finest))
+    levels = (VolumeSamples(grid.origin + (b.centroids + 0.5) * grid.spacing, b.masses, grid.spacing * b.edge) for b in reversed(blocks))
+    return Volume(tuple(levels), grid.spacing, filled * grid.spacing**3)
+
+
+def _block_edge(filled: int, wanted: int) -> int:
+    """Voxels along a block's edge so that at least `wanted` blocks hold the volume, where there are as many voxels."""
+    return max(1, int((filled / wanted) ** (1 / 3)))
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """places : (N, 3) which blocks of the grid hold anything.  masses : (N,) voxels.  centroids : (N, 3) in voxels.  edge : in voxels."""
+
+    places: np.ndarray
+    masses: np.ndarray
+    centroids: np.ndarray
+    edge: int
+
+
+def _voxel_blocks(inside: np.ndarray, edge: int) -> _Blocks:
+    """The filled voxels of a grid in blocks, one slab of blocks at a time, by lines across the slab: voxels are too many to list."""
+    parts = []
+    for start in range(0, inside.shape[0], edge):
+        counts, offsets = _along_slab(inside[start : start + edge])
+        y, z = np.nonzero(counts)
+        masses = counts[y, z].astype(np.float64)
+        moments = np.stack([start * masses + offsets[y, z], masses * y, masses * z], axis=1)
+        parts.append(_gathered(moments, masses, np.stack([np.full(len(y), start // edge), y // edge, z // edge], axis=1)))
+    places, masses, centroids = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    return _Blocks(places, masses, centroids, edge)
+
+
+def _along_slab(slab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number of filled voxels in each line (Y, Z) across a slab (X, Y, Z), and the sum of their indices along the line.
+
+    Running sums from the far end: the voxel at index k is counted k times.
+    """
+    counts, offsets = (np.zeros(slab.shape[1:], dtype=np.int32) for _ in range(2))
+    for row in slab[:0:-1]:
+        counts += row
+        offsets += counts
+    return counts + slab[0], offsets
+
+
+def _joined(blocks: _Blocks, factor: int) -> _Blocks:
+    """Blocks whose edge is `factor` times as long."""
+    moments = blocks.masses[:, None] * blocks.centroids
+    return _Blocks(*_gathered(moments, blocks.masses, blocks.places // factor), blocks.edge * factor)
+
+
+def _gathered(moments: np.ndarray, masses: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The places (N, 3) that occur, in order, with the mass (N,) and the centroid (N, 3) of what is there.
+
+    moments : mass times position.
+    """
+    if not len(masses):
+        return places, masses, moments
+    low = places.min(axis=0)
+    shape = places.max(axis=0) + 1 - low
+    number = np.ravel_multi_index((places - low).T, shape)
+    total = np.bincount(number, masses, np.prod(shape))
+    filled = np.flatnonzero(total)
+    sums = np.stack([np.bincount(number, axis, len(total))[filled] for axis in moments.T], axis=1)
+    return np.stack(np.unravel_index(filled, shape), axis=1) + low, total[filled], sums / total[filled, None]

@@ -1,0 +1,95 @@
+"""The packages that the work needs: whether they are there, new enough, and can be loaded.
+
+Blender unpacks the wheels of all extensions into one folder, where the highest version of a package wins, and it checks
+neither the system library nor what else a wheel was built for. So a package can be missing, strange or broken.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from functools import lru_cache
+from importlib.util import find_spec
+
+from ...core.errors import RefMeshError
+from .environment import python_command, worker_environment
+
+# Package -> lowest version that the code was run with, and what does not work without it.
+NEEDED = {
+    "numpy": ("1.26", "nothing works"),
+    "scipy": ("1.15", "tracking, reference meshes and deformation do not work"),
+    "trimesh": ("4.5", "files other than OBJ cannot be read"),
+    "tqdm": ("4.60", "jobs in background mode do not work"),
+}
+TIME_LIMIT = 60.0  # seconds for one look; loading everything takes one or two
+_LOOK = """
+import importlib, json, sys
+try:
+    found = getattr(importlib.import_module(sys.argv[1]), "__version__", ""), ""
+except Exception as error:
+    while error.__cause__ or error.__context__:  # scipy hides the reason behind a remark of its own
+        error = error.__cause__ or error.__context__
+    found = "", " ".join(f"{type(error).__name__}: {error}".split())
+print(json.dumps(found))
+"""
+
+
+@lru_cache(maxsize=1)
+def missing_packages() -> tuple[str, ...]:
+    """A line for each package that is not installed, found without loading any, so that a panel may draw it."""
+    return tuple(f"Python package '{name}' is missing: {effect}" for name, (_, effect) in NEEDED.items() if find_spec(name) is None)
+
+
+def check_packages() -> tuple[dict[str, str], list[str]]:
+    """Package -> version of what works, and a line for each that does not: looked up in the Python that does the work.
+
+    Raises RefMeshError when that Python itself cannot be run.
+    """
+    found = {name: _look(name) for name in NEEDED}
+    troubles = [_trouble(name, *found[name]) for name in NEEDED]
+    versions = {name: version for name, (version, error) in found.items() if not error}
+    return versions, [trouble for trouble in troubles if trouble]
+
+
+def _look(name: str) -> tuple[str, str]:
+    """Version and error of one package, each "" where there is none; in a process of its own, since a broken one may crash it."""
+    command = [*python_command(), "-c", _LOOK, name]
+    try:
+        looked = subprocess.run(command, env=worker_environment(), capture_output=True, text=True, timeout=TIME_LIMIT)
+    except subprocess.TimeoutExpired:
+        return "", f"still loading after {TIME_LIMIT:.0f} seconds"
+    except OSError as error:
+        raise RefMeshError(f"{command[0]} cannot be run ({error}): RefMesh needs it for its work; reinstall Blender") from error
+    lines = looked.stdout.strip().splitlines()
+    return tuple(json.loads(lines[-1])) if looked.returncode == 0 and lines else ("", f"Python ended with exit code {looked.returncode}")
+
+
+def import_trouble(error: ImportError) -> str:
+    """What to tell a person when an import failed in the middle of the work."""
+    package = (error.name or "").partition(".")[0]
+    if isinstance(error, ModuleNotFoundError) and package in NEEDED:
+        return f"the Python package '{package}' is missing: install the RefMesh extension for this platform and Python"
+    cause = error
+    while cause.__cause__ or cause.__context__:  # scipy hides the reason behind a remark of its own
+        cause = cause.__cause__ or cause.__context__
+    detail = " ".join(str(cause).split())
+    return f"a Python package cannot be loaded: {detail}; 'Check Installation' in the RefMesh preferences names what does not work"
+
+
+def _trouble(name: str, version: str, error: str) -> str:
+    """A line about a package, "" when it is all right."""
+    lowest, effect = NEEDED[name]
+    if error.startswith("ModuleNotFoundError") and f"'{name}'" in error:
+        return f"'{name}' is missing: {effect}"
+    if error:
+        return f"'{name}' cannot be loaded ({error}): {effect}"
+    if version and _numbers(version) < _numbers(lowest):
+        return f"'{name}' is version {version}, at least {lowest} is needed: another extension may have brought it; {effect} reliably"
+    return ""
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """The leading numbers of a version: "2.0.0rc1" is (2, 0)."""
+    parts = version.split(".")
+    count = next((index for index, part in enumerate(parts) if not part.isdigit()), len(parts))
+    return tuple(int(part) for part in parts[:count])

@@ -1,0 +1,166 @@
+"""The process that does the work: `python -m refmesh_addon.pipeline.process.worker JOBFILE`.
+
+Writes one JSON line for each event to stdout. Reads stdin: the line "cancel", or its end because the parent is gone,
+stops the job at the next progress step, so stdin must be held open for as long as the job is wanted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import TextIO
+
+from ...core.errors import Cancelled, RefMeshError
+from ...io.sequence import find_sequence
+from ..session.job import CACHE_FOLDER, JobSpec
+from .events import Event
+from .lock import output_lock
+
+LOG_NAME = "worker.log"
+# Of the time of a whole run, roughly; only the progress bar depends on it.
+STAGE_WEIGHTS = {"sequence": 1.0, "tracking": 0.4, "reference": 0.25, "deformation": 0.25, "evaluation": 0.1}
+EVENT_INTERVAL = 0.05  # seconds between two progress events; more of them nobody can see
+ORPHAN_GRACE = 10.0  # seconds a job that nobody wants any more may take to reach its next progress step
+# One thread for each process: sums then do not depend on how many cores the machine has.
+SINGLE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")}
+
+
+class Reporter:
+    """Turns what the pipeline reports into events, and a wish to stop into `Cancelled`."""
+
+    def __init__(self, stages: tuple[str, ...], send: Callable[[Event], None]):
+        self._stages = stages
+        self._send = send
+        self._last_sent = float("-inf")
+        self._share = 0.0
+        self.stage = ""
+        self.cancel = threading.Event()
+
+    def progress(self, stage: str, frame: int | None, share: float) -> None:
+        """share : of this stage, 0 to 1. Raises Cancelled once the parent wants no more."""
+        if self.cancel.is_set():
+            raise Cancelled
+        self._share = max(self._share, self._whole(stage, share))
+        now = time.monotonic()
+        if stage != self.stage or now - self._last_sent >= EVENT_INTERVAL:
+            self.stage, self._last_sent = stage, now
+            self._send(Event("progress", stage=stage, frame=frame, share=self._share))
+
+    def warn(self, message: str) -> None:
+        """Something the person should know that does not stop the job."""
+        self._send(Event("warning", message=message, stage=self.stage, share=self._share))
+
+    def _whole(self, stage: str, share: float) -> float:
+        weights = [STAGE_WEIGHTS[name] for name in self._stages]
+        at = self._stages.index(stage)
+        return (sum(weights[:at]) + weights[at] * min(max(share, 0.0), 1.0)) / sum(weights)
+
+
+def main(job_file: str) -> None:
+    """Runs one job and ends the process; exit code 0 when it was done."""
+    os.environ.update(SINGLE_THREAD)
+    events = _claim_stdout()
+
+    def send(event: Event) -> None:
+        print(event.to_line(), file=events, flush=True)
+
+    outcome = _run_file(job_file, send)
+    send(outcome)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Without the interpreter's own ending, so that nothing a library does there can spoil a job that is done.
+    os._exit(0 if outcome.kind == "done" else 1)
+
+
+def _run_file(job_file: str, send: Callable[[Event], None]) -> Event:
+    try:
+        spec = JobSpec.from_json(Path(job_file).read_text(encoding="utf-8"))
+    except RefMeshError as error:
+        return Event("failed", str(error))
+    except OSError as error:
+        return Event("failed", f"{job_file}: the job file cannot be read ({error.strerror})")
+    reporter = Reporter(spec.stages, send)
+    threading.Thread(target=_listen, args=(reporter.cancel,), daemon=True).start()
+    return _outcome(spec, reporter)
+
+
+def _outcome(spec: JobSpec, reporter: Reporter) -> Event:
+    try:
+        find_sequence(spec.source, spec.frames)  # first, so that a wrong input leaves no empty output folder
+        with output_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
+            from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
+
+            run(spec, reporter.progress, reporter.warn)
+    except Cancelled:
+        return Event("cancelled", stage=reporter.stage)
+    except RefMeshError as error:
+        return Event("failed", _one_line(error), stage=reporter.stage)
+    except MemoryError:
+        where = reporter.stage or "reading"
+        return Event("failed", f"out of memory in {where}: take fewer centers, a lower resolution, or fewer frames", stage=reporter.stage)
+    except ImportError as error:
+        return Event("failed", _missing(error, _log(spec)), stage=reporter.stage)
+    except Exception as error:  # the edge of the process: whatever else escapes is our fault and must reach the parent
+        where = reporter.stage or "start"
+        return Event("failed", f"internal error in {where}: {_named(error)} (details in {_log(spec)})", stage=reporter.stage)
+    return Event("done", share=1.0)
+
+
+def _missing(error: ImportError, log: Path) -> str:
+    package = (error.name or "").partition(".")[0]
+    if package == __name__.partition(".")[0]:
+        return f"RefMesh itself is incomplete, install it again: {_named(error)} (details in {log})"
+    if isinstance(error, ModuleNotFoundError) and package:
+        install = f"'{sys.executable} -m pip install {package}'"
+        return f"the Python package '{package}' is missing: install the RefMesh extension, or run {install}"
+    return f"a package cannot be loaded: {_one_line(error)} (details in {log})"
+
+
+def _log(spec: JobSpec) -> Path:
+    """Writes the traceback of the error at hand where it can be looked up."""
+    path = Path(spec.output) / CACHE_FOLDER / LOG_NAME
+    try:
+        path.write_text(traceback.format_exc(), encoding="utf-8")
+    except OSError:
+        traceback.print_exc()
+    return path
+
+
+def _named(error: BaseException) -> str:
+    return f"{type(error).__name__}: {_one_line(error)}"
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _claim_stdout() -> TextIO:
+    """The parent's pipe for events alone; whatever libraries print goes to stderr."""
+    events = os.fdopen(os.dup(1), "w", encoding="ascii")
+    sys.stdout.flush()
+    os.dup2(2, 1)
+    return events
+
+
+def _listen(cancel: threading.Event) -> None:
+    # Straight from the descriptor: a thread that waits in sys.stdin would hold a lock that the interpreter needs to end.
+    received = b""
+    while b"cancel" not in received:
+        chunk = os.read(0, 4096)
+        if not chunk:
+            cancel.set()
+            time.sleep(ORPHAN_GRACE)
+            os._exit(1)
+        received += chunk
+    cancel.set()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m refmesh_addon.pipeline.process.worker JOBFILE")
+    main(sys.argv[1])

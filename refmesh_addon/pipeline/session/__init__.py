@@ -1,0 +1,1 @@
+"""One run: its job, its frames, its cache, its processes."""

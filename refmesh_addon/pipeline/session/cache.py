@@ -1,0 +1,88 @@
+"""Results of stages on disk, found again by what they were made from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import zipfile
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ...io.files import output_folder, read_npz, write_npz
+
+KEY_LENGTH = 12  # hexadecimal digits of a key in a file name: 48 bits, for at most thousands of entries
+_BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError)
+
+Arrays = dict[str, np.ndarray]
+
+
+def digest(*parts: object) -> str:
+    """A key made from what a result depends on: upstream keys, settings, schema number, the bytes of a file.
+
+    Equal parts give equal keys on any machine; anything that JSON or bytes can hold is taken, mappings in any order.
+    """
+    total = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        data = part if isinstance(part, bytes) else json.dumps(part, sort_keys=True, allow_nan=False).encode("utf-8")
+        # The length in front keeps ("ab", "c") and ("a", "bc") apart.
+        total.update(b"%d:%d:" % (isinstance(part, bytes), len(data)))
+        total.update(data)
+    return total.hexdigest()
+
+
+class Cache:
+    """Entries `<name>-<key>.npz` in one folder, one for each name; a name may hold folders, "tracking/frame_0006".
+
+    An entry is complete or absent. One with another key, or that cannot be read, is made again and never trusted.
+    With `resume=False` what lies there already is not used either; what this run made is.
+    """
+
+    def __init__(self, folder: str | Path, resume: bool = True):
+        self.folder = output_folder(folder)
+        self._resume = resume
+        self._made: set[Path] = set()
+        self._folders: set[Path] = {self.folder}
+
+    def path(self, name: str, key: str) -> Path:
+        """Where the entry is, or would be."""
+        return self.folder / f"{name}-{key[:KEY_LENGTH]}.npz"
+
+    def load(self, name: str, key: str) -> Arrays | None:
+        """The arrays of an entry; None when it has to be made."""
+        path = self.path(name, key)
+        if not self._resume and path not in self._made:
+            return None
+        try:
+            return read_npz(path)
+        except _BROKEN:
+            return None
+
+    def save(self, name: str, key: str, arrays: Mapping[str, np.ndarray]) -> None:
+        """Writes an entry, then removes those of the same name with other keys."""
+        path = self.path(name, key)
+        if path.parent not in self._folders:
+            self._folders.add(output_folder(path.parent))
+        write_npz(path, arrays)
+        self._made.add(path)
+        self.remove_stale(name, keep=[key])
+
+    def load_or_make(self, name: str, key: str, make: Callable[[], Mapping[str, np.ndarray]]) -> Arrays:
+        """The arrays of an entry, made and written first if need be."""
+        found = self.load(name, key)
+        if found is None:
+            # Laid out as a loaded entry is: the order of memory can change the last bit of a sum.
+            found = {part: np.asarray(array, order="C") for part, array in make().items()}
+            self.save(name, key, found)
+        return found
+
+    def remove_stale(self, name: str, keep: Iterable[str]) -> None:
+        """Removes all entries of this name except those with the keys to keep."""
+        kept = {self.path(name, key).name for key in keep}
+        stem = Path(name).name
+        entry = re.compile(re.escape(stem) + rf"-[0-9a-f]{{{KEY_LENGTH}}}\.npz")
+        for path in (self.folder / name).parent.glob("*.npz"):
+            if entry.fullmatch(path.name) and path.name not in kept:
+                path.unlink(missing_ok=True)

@@ -1,0 +1,52 @@
+"""What is asked of one run: its input, output and settings, as they travel between processes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+
+from ...core.errors import RefMeshError
+from ...core.settings import Settings
+
+CACHE_FOLDER = "cache"  # in the output folder: ours, nobody else's
+CHECK = "sequence"  # looks at the frames only; no other stage needs it
+STAGES = ("tracking", "reference", "deformation", "evaluation")
+
+
+@dataclass(frozen=True)
+class JobSpec:
+    """One run of the pipeline.
+
+    source : folder, file or pattern, as `find_sequence` takes it.  output : folder.  frames : "6-10,14" or "" for all.
+    until : the last of STAGES that is wanted, or CHECK.  resume : take up what an earlier run left in the output folder's cache.
+    """
+
+    source: str
+    output: str
+    frames: str = ""
+    settings: Settings = field(default_factory=Settings)
+    until: str = STAGES[-1]
+    resume: bool = True
+
+    def __post_init__(self):
+        if self.until not in (CHECK, *STAGES):
+            raise RefMeshError(f"'{self.until}' is not a stage: choose one of {', '.join((CHECK, *STAGES))}")
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """The stages wanted, in order."""
+        return (CHECK,) if self.until == CHECK else STAGES[: STAGES.index(self.until) + 1]
+
+    def to_json(self) -> str:
+        """The job as JSON text, on any machine read back by `from_json`."""
+        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume")}
+        return json.dumps({**plain, "settings": self.settings.to_flat()}, indent=2, ensure_ascii=False)
+
+    @classmethod
+    def from_json(cls, text: str) -> JobSpec:
+        """Raises RefMeshError when the text is not a job."""
+        try:
+            values = json.loads(text)
+            return cls(**{**values, "settings": Settings.from_flat(values.get("settings", {}))})
+        except (ValueError, TypeError, AttributeError) as error:
+            raise RefMeshError(f"the job file cannot be understood ({error}); start the job again") from error

@@ -1,0 +1,95 @@
+"""Independent tasks on all cores, with results that do not depend on how many there are."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from itertools import islice
+
+from ...core.errors import RefMeshError
+
+MOST_WORKERS = 8  # a task holds one frame's grids and factors: more processes would need more memory than they save time
+QUEUED = 2  # tasks submitted for each process: one at work, one ready
+ENDING = 5.0  # seconds that an ended process may take to be gone; it takes milliseconds
+POLL = 0.2  # seconds between two looks at whether the job is still wanted
+
+
+def one_ahead(make: Callable, items: Iterable) -> Iterator:
+    """make(item) for each item in turn; the next one is made in a thread while the caller works on this one."""
+    with ThreadPoolExecutor(1) as thread:
+        waiting = deque()
+        for item in items:
+            waiting.append(thread.submit(make, item))
+            if len(waiting) > 1:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+class Workers:
+    """Processes that are started with the first tasks and end with the `with` block."""
+
+    def __init__(self, count: int | None = None):
+        self.count = count or min(_cores(), MOST_WORKERS)
+        self._pool: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, *_) -> None:
+        if self._pool is not None:
+            processes = list((getattr(self._pool, "_processes", None) or {}).values())
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            for process in processes:  # nobody waits for its task any more, and it holds nothing that is worth a farewell
+                process.kill()
+            for process in processes:
+                process.join(ENDING)
+
+    def map(self, function: Callable, tasks: Iterable[tuple], alive: Callable[[], None]) -> Iterator[tuple[int, object]]:
+        """Yields (index, function(*task)) as tasks are done, in no fixed order.
+
+        function : at module level.  tasks : read only a few ahead of the work, so that a long take does not fill the memory.
+        alive : called while waiting; raises to stop.
+        Exceptions of a task are raised here. Raises RefMeshError when a process died, for want of memory say.
+        """
+        coming, waiting = enumerate(tasks), {}
+        while True:
+            for index, task in islice(coming, QUEUED * self.count - len(waiting)):
+                waiting[self._submit(function, task)] = index
+            if not waiting:
+                return
+            alive()
+            done, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
+            for future in sorted(done, key=waiting.get):
+                yield waiting.pop(future), _result(future)
+
+    def _submit(self, function: Callable, task: tuple) -> Future:
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(self.count, multiprocessing.get_context("spawn"), initializer=_die_with_parent)
+        return self._pool.submit(function, *task)
+
+
+def _result(future: Future) -> object:
+    try:
+        return future.result()
+    except BrokenProcessPool as error:
+        raise RefMeshError("a worker process died, most likely for want of memory: close other programs or lower --resolution") from error
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _die_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -1,0 +1,59 @@
+"""Bodies that a person marked as two, among the tracked centers."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...core.errors import RefMeshError
+from ...core.geometry.mesh import vertex_components
+from ...core.reference.marked_bodies import bodies_by_marks
+from ...core.reference.marks import Marks, parse_marks
+from ...core.types import TriangleMesh
+from ...io.frame_range import in_words
+from ..session.context import Context
+from .tracking_result import Tracked
+
+JOINED = 0.05  # least share of a piece of surface that has to belong to a second body, so that a ragged edge does not count
+
+
+def wanted_apart(context: Context) -> Marks | None:
+    """What `--apart` asks for, if anything. Raises RefMeshError when it is not understood or names a frame that is not there."""
+    marks = parse_marks(context.settings.reference.apart)
+    if marks and marks.frame not in context.numbers:
+        there = in_words(context.numbers)
+        raise RefMeshError(f"--apart: bodies are marked in frame {marks.frame}, which is not part of the job; mark them in one of {there}")
+    return marks
+
+
+def bodies_apart(context: Context, tracked: Tracked) -> np.ndarray | None:
+    """(C,) the marked body of each center, -1 where there is none; None when nothing is to be apart.
+
+    Raises RefMeshError for marks that lie outside the volume or contradict each other.
+    """
+    marks = wanted_apart(context)
+    if marks is None:
+        return None
+    if len(marks.bodies) < 2:
+        context.warn("only one body is marked: mark another one that it is to be apart from")
+        return None
+    if context.settings.reference.mapping == "rbf":
+        context.warn("--mapping rbf cannot tear, so marked bodies stay together: choose --mapping affinity")
+    spacing = tracked.part_of(context.numbers.index(marks.frame)).spacing
+    try:
+        return bodies_by_marks(tracked.positions, context.numbers, spacing, marks)
+    except ValueError as error:
+        raise RefMeshError(f"--apart, frame {marks.frame}: {error}; mark the bodies again") from error
+
+
+def joined_bodies(mesh: TriangleMesh, centers: np.ndarray, bodies: np.ndarray) -> list[int]:
+    """Numbers of the marked bodies that a reference mesh still shows in one piece with another. centers : (C, 3) reference centers."""
+    count, piece = vertex_components(mesh)
+    kinds = bodies.max() + 1
+    owners = bodies[cKDTree(centers).query(mesh.vertices)[1]]
+    known = owners >= 0
+    shares = np.zeros((count, kinds))
+    np.add.at(shares, (piece[known], owners[known]), 1.0)
+    shares /= np.bincount(piece, minlength=count)[:, None]
+    present = shares > JOINED
+    return np.flatnonzero(present[present.sum(axis=1) > 1].any(axis=0)).tolist()

@@ -1,0 +1,79 @@
+"""Frames with one thing wrong each: that thing is found, there, and nothing else is."""
+
+import numpy as np
+import pytest
+
+from refmesh_addon.core.capture.diagnosis import FrameFigures, diagnose, examine
+
+from ..shapes import above, ball, box, flipped, inside_out, joined, moved, without
+
+
+def frame(number: int, mesh=None, **changes) -> FrameFigures:
+    return FrameFigures(**{"number": number, "content": str(number), **examine(mesh or ball(2)), **changes})
+
+
+def found(frames, gaps=()) -> list[tuple[str, str, int]]:
+    return [(finding.kind, finding.severity, finding.frame) for finding in diagnose(frames, gaps)]
+
+
+def take(odd=None, **changes) -> list[FrameFigures]:
+    """Nine frames of which the fifth is another mesh, or has other figures."""
+    return [frame(number, odd if number == 5 else None, **(changes if number == 5 else {})) for number in range(1, 10)]
+
+
+def test_sound_frames_have_no_findings():
+    assert found(take()) == []
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
+@pytest.mark.parametrize(
+    "odd, expected",
+    [
+        (without(ball(2), above(ball(2), 0.5)), [("holes", "note", 5)]),
+        (inside_out(ball(2)), [("facing", "note", 5)]),
+        (flipped(ball(2), above(ball(2), 0.5)), [("facing", "note", 5)]),
+        (moved(ball(2), scale=10.0), [("scale", "error", 5), ("volume", "warning", 5)]),
+        (ball(3), [("vertex count", "warning", 5)]),
+        (joined(ball(2), moved(ball(2), scale=0.9, shift=(0.1, 0, 0))), [("vertex count", "warning", 5), ("volume", "warning", 5)]),
+    ],
+    ids=["hole", "inside out", "flipped patch", "another unit", "finer mesh", "another body"],
+)
+def test_a_frame_that_stands_out_is_found_in_any_scale(odd, expected, scale):
+    frames = [frame(number, moved(odd if number == 5 else ball(2), scale=scale)) for number in range(1, 10)]
+    assert found(frames) == expected
+
+
+def test_figures_that_are_no_matter_of_the_mesh():
+    assert found(take(error="scan_5.obj: the file is empty")) == [("unreadable", "error", 5)]
+    assert found(take(content="4")) == [("duplicate", "warning", 5)]
+    assert found(take(missing_textures=("skin.png",))) == [("textures", "note", 5)]
+
+
+def test_each_gap_is_one_finding_at_the_frame_that_is_held():
+    frames = [frame(number) for number in (1, 2, 5, 6, 8)]
+    findings = diagnose(frames, (3, 4, 7))
+    assert [(finding.frame, finding.words.split(" missing")[0]) for finding in findings] == [(2, "frames 3 to 4 are"), (6, "frame 7 is")]
+
+
+def test_what_most_frames_have_is_said_once_where_it_is_worst():
+    frames = [frame(number, open_edges=10 + (number == 7)) for number in range(1, 10)]
+    (finding,) = diagnose(frames)
+    assert finding.frame == 7 and "in 9 of 9 frames" in finding.words
+
+
+def test_steady_growth_and_noise_are_no_jumps():
+    rng = np.random.default_rng(0)
+    grown = [frame(number, vertices=int(1000 * 1.1**number), volume=1.1**number * rng.uniform(0.95, 1.05)) for number in range(40)]
+    assert found(grown) == []
+    restless = [frame(number, vertices=int(1000 * rng.uniform(0.5, 2.0))) for number in range(40)]
+    assert found(restless) == []
+
+
+def test_the_gravest_come_first():
+    frames = take(error="unreadable")
+    frames[1], frames[7] = frame(2, open_edges=3), frame(8, content="7")
+    assert [severity for _, severity, _ in found(frames)] == ["error", "warning", "note"]
+
+
+def test_short_and_empty_sequences_pass():
+    assert found([]) == found([frame(1)]) == found([frame(1), frame(2, box())]) == []

@@ -1,0 +1,84 @@
+"""Cuts of a take: what must fall together, and what must not."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from refmesh_addon.core.reference.grouping import TOUCHING, Contacts, content_groups
+from refmesh_addon.core.tracking.affinity import near_pairs
+
+SPACING = 1.0
+BLOCK = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
+
+
+def affinity_of(*blocks):
+    """Kin within each block, none across."""
+    return sparse.block_diag([near_pairs(block, SPACING).weights() for block in blocks]).tocsr()
+
+
+def still(frames):
+    return np.repeat(BLOCK[None], frames, axis=0)
+
+
+def bending(frames, amount=0.02):
+    """A block that is sheared more and more."""
+    shear = amount * np.arange(frames)[:, None] * BLOCK[:, 2] ** 2
+    return still(frames) + np.stack([shear, 0 * shear, 0 * shear], axis=-1)
+
+
+def meeting(gaps):
+    """Two blocks, the second above the first by a gap in each frame."""
+    return np.stack([np.vstack([BLOCK, BLOCK + [0.0, 0.0, 4.0 + gap]]) for gap in gaps])
+
+
+def lengths(groups):
+    return [len(group) for group in groups]
+
+
+@pytest.mark.parametrize(("frames", "longest"), [(1, 1), (7, 3), (12, 5), (10, 10)])
+def test_groups_hold_every_frame_once_and_none_is_too_long(frames, longest):
+    groups = content_groups(bending(frames), affinity_of(BLOCK), SPACING, longest)
+    assert [index for group in groups for index in group] == list(range(frames))
+    assert max(lengths(groups)) <= longest
+
+
+def test_a_body_that_only_moves_is_one_group():
+    turned = still(9) @ np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]) + np.arange(9)[:, None, None]
+    assert len(content_groups(turned, affinity_of(BLOCK), SPACING, 20)) == 1
+
+
+def test_the_more_it_deforms_the_shorter_the_groups():
+    counts = [len(content_groups(bending(12, amount), affinity_of(BLOCK), SPACING, 12)) for amount in (0.0, 0.01, 0.03, 0.1)]
+    assert counts == sorted(counts)
+    assert counts[0] == 1
+    assert counts[-1] > 3
+
+
+def test_bodies_that_move_apart_count_as_no_deformation():
+    frames = meeting(np.linspace(3.0, 20.0, 9))
+    assert len(content_groups(frames, affinity_of(BLOCK, BLOCK), SPACING, 20)) == 1
+
+
+def test_no_group_is_in_contact_throughout_where_another_cut_avoids_that():
+    gaps = [2.0] * 4 + [0.0] * 6 + [2.0] * 4
+    frames = meeting(gaps)
+    contacts = Contacts.of(frames, affinity_of(BLOCK, BLOCK), SPACING)
+    assert contacts.touching.any(axis=1).tolist() == [gap < TOUCHING for gap in gaps]
+    groups = content_groups(frames, affinity_of(BLOCK, BLOCK), SPACING, 7)
+    assert all(contacts.stuck(group[0], group[-1] + 1) == 0 for group in groups)
+    assert lengths(groups) == [7, 7]
+
+
+def test_cuts_that_are_given_are_made():
+    groups = content_groups(still(10), affinity_of(BLOCK), SPACING, 20, cuts=(3, 4))
+    assert lengths(groups) == [3, 1, 6]
+
+
+def test_scale_changes_nothing():
+    frames = bending(12, 0.03)
+    assert content_groups(1e3 * frames, affinity_of(BLOCK), 1e3, 12) == content_groups(frames, affinity_of(BLOCK), 1.0, 12)
+
+
+def test_an_empty_group_is_refused():
+    with pytest.raises(ValueError, match="at least one frame"):
+        content_groups(still(3), affinity_of(BLOCK), SPACING, 0)

@@ -1,0 +1,95 @@
+"""Setting bodies apart: how far, which, and what stays as it is."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy import sparse
+from scipy.spatial.distance import cdist, pdist
+
+from refmesh_addon.core.reference.separation import APART, LEAST_BODY, bodies_of, set_apart, within_bodies
+from refmesh_addon.core.tracking.affinity import near_pairs
+
+from ..shapes import TILT
+
+
+def block(shape, corner=(0.0, 0.0, 0.0)):
+    """Centers of a block, one apart."""
+    return np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3) + np.asarray(corner)
+
+
+def scene(*blocks):
+    """(C, 3) centers of blocks, and affinities within each of them only."""
+    return np.concatenate(blocks), sparse.block_diag([near_pairs(one, 1.0).weights() for one in blocks]).tocsr()
+
+
+def apart(positions, affinity, spacing):
+    return set_apart(positions, bodies_of(positions, affinity), spacing)
+
+
+def gap(one, other):
+    return cdist(one, other).min()
+
+
+TOUCHING = scene(block((6, 4, 4)), block((3, 3, 3), (6, 0, 0)))
+
+
+def test_bodies_that_touch_come_apart_and_keep_their_shapes():
+    positions, affinity = TOUCHING
+    found = apart(positions, affinity, 1.0)
+    assert gap(found[:96], found[96:]) >= APART * (1 - 1e-6)
+    assert gap(found[:96], found[96:]) < 1.5 * APART
+    for body in (slice(0, 96), slice(96, None)):
+        assert_allclose(pdist(found[body]), pdist(positions[body]), atol=1e-9)
+    moves = np.linalg.norm(found - positions, axis=1)
+    assert moves[:96].max() < moves[96:].min(), "the larger one moves less"
+
+
+def test_bodies_apart_already_and_a_single_body_stay():
+    far = scene(block((3, 3, 3)), block((3, 3, 3), (2 + APART, 0, 0)))
+    assert_array_equal(apart(*far, 1.0), far[0])
+    whole = scene(block((6, 4, 4)))
+    assert_array_equal(apart(*whole, 1.0), whole[0])
+
+
+def test_done_again_nothing_moves():
+    positions, affinity = TOUCHING
+    once = apart(positions, affinity, 1.0)
+    assert_array_equal(apart(once, affinity, 1.0), once)
+
+
+def test_a_few_centers_astray_go_with_what_they_are_near():
+    positions, affinity = scene(block((6, 4, 4)), block((1, 1, LEAST_BODY - 1), (6, 0, 0)))
+    assert_array_equal(apart(positions, affinity, 1.0), positions)
+    assert_array_equal(bodies_of(positions, affinity), np.zeros(len(positions), dtype=int))
+
+
+def test_three_in_a_row_all_come_apart():
+    positions, affinity = scene(*(block((3, 3, 3), (3 * k, 0, 0)) for k in range(3)))
+    found = apart(positions, affinity, 1.0)
+    parts = np.split(found, 3)
+    assert min(gap(parts[0], parts[1]), gap(parts[1], parts[2]), gap(parts[0], parts[2])) >= APART * (1 - 1e-6)
+
+
+def test_what_is_inside_a_shell_ends_in_finite_positions():
+    shell = block((5, 5, 5))
+    shell = shell[(np.abs(shell - 2).max(axis=1) == 2)]
+    positions, affinity = scene(shell * 2.0, block((3, 3, 3), (3, 3, 3)))
+    assert np.isfinite(apart(positions, affinity, 1.0)).all()
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_scaling_turning_and_moving_carry_over(scale):
+    positions, affinity = TOUCHING
+    change = lambda points: scale * points @ TILT.T + scale * 7.0
+    assert_allclose(apart(change(positions), affinity, scale), change(apart(positions, affinity, 1.0)), atol=1e-6 * scale)
+
+
+def test_a_weak_link_joins_no_bodies_and_nothing_is_left_between_them():
+    positions, affinity = TOUCHING
+    linked = affinity.tolil()
+    linked[90, 96] = linked[96, 90] = 0.05
+    body = bodies_of(positions, linked.tocsr())
+    assert_array_equal(body, np.repeat([0, 1], [96, 27]))
+    assert (within_bodies(linked.tocsr(), body) != affinity).nnz == 0
+    linked[90, 96] = linked[96, 90] = 0.5
+    assert not bodies_of(positions, linked.tocsr()).any()

@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from refmesh_addon.pipeline.session.cache import Cache, digest
+
+KEY, OTHER = digest("a"), digest("b")
+
+
+class Maker:
+    """Counts how often it is asked."""
+
+    def __init__(self, value=1.0):
+        self.calls, self.value = 0, value
+
+    def __call__(self):
+        self.calls += 1
+        return {"x": np.full((3, 2), self.value)}
+
+
+def names(folder):
+    return sorted(path.name for path in folder.rglob("*") if path.is_file())
+
+
+def test_an_entry_is_made_once_and_found_by_the_next_run(tmp_path):
+    make = Maker()
+    for _ in range(2):
+        assert_array_equal(Cache(tmp_path).load_or_make("centers", KEY, make)["x"], np.full((3, 2), 1.0))
+    assert make.calls == 1
+    assert names(tmp_path) == [f"centers-{KEY[:12]}.npz"]
+
+
+def test_another_key_is_made_again_and_replaces_its_siblings_only(tmp_path):
+    cache = Cache(tmp_path)
+    for name in ("group_1", "group_10", "group_1-fit", "a/group_1"):
+        cache.load_or_make(name, KEY, Maker())
+    make = Maker(2.0)
+    assert cache.load_or_make("group_1", OTHER, make)["x"][0, 0] == 2.0
+    assert make.calls == 1
+    assert cache.load("group_1", KEY) is None
+    for name in ("group_10", "group_1-fit", "a/group_1"):
+        assert cache.load(name, KEY) is not None
+
+
+def test_stale_siblings_go_only_when_the_new_entry_is_whole(tmp_path):
+    cache = Cache(tmp_path)
+    cache.save("centers", KEY, Maker()())
+
+    def fail():
+        raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        cache.load_or_make("centers", OTHER, fail)
+    assert cache.load("centers", KEY) is not None
+
+
+@pytest.mark.parametrize("length", [0, 1, 100, -1, -30])
+def test_a_cut_off_entry_is_made_again(tmp_path, length):
+    cache = Cache(tmp_path)
+    cache.save("centers", KEY, Maker()())
+    whole = cache.path("centers", KEY).read_bytes()
+    cache.path("centers", KEY).write_bytes(whole[:length])
+    make = Maker()
+    cache.load_or_make("centers", KEY, make)
+    assert make.calls == 1
+    assert cache.path("centers", KEY).read_bytes() == whole, "the same bytes as before"
+
+
+def test_an_entry_with_changed_bytes_is_made_again(tmp_path):
+    cache = Cache(tmp_path)
+    cache.save("centers", KEY, {"x": np.arange(1000.0)})
+    data = bytearray(cache.path("centers", KEY).read_bytes())
+    data[4000] ^= 1
+    cache.path("centers", KEY).write_bytes(data)
+    assert cache.load("centers", KEY) is None
+
+
+def test_without_resume_only_what_this_run_made_is_used(tmp_path):
+    Cache(tmp_path).save("centers", KEY, Maker(1.0)())
+    cache, make = Cache(tmp_path, resume=False), Maker(2.0)
+    for _ in range(2):
+        assert cache.load_or_make("centers", KEY, make)["x"][0, 0] == 2.0
+    assert make.calls == 1
+
+
+def test_frames_are_kept_one_by_one_in_a_folder_of_their_own(tmp_path):
+    cache = Cache(tmp_path)
+    for number in (6, 7, 8):
+        cache.save(f"tracking/frame_{number:04d}", digest("tracking", number), {"centers": np.full((4, 3), number)})
+    again = Cache(tmp_path)
+    assert again.load("tracking/frame_0007", digest("tracking", 7))["centers"][0, 0] == 7
+    assert again.load("tracking/frame_0009", digest("tracking", 9)) is None
+
+
+def test_made_and_loaded_arrays_have_the_same_layout(tmp_path):
+    cache = Cache(tmp_path)
+    square = np.arange(12.0).reshape(3, 4)
+    made = cache.load_or_make("a", KEY, lambda: {"turned": square.T, "part": square[:, ::2], "scalar": 3.5})
+    loaded = cache.load("a", KEY)
+    for name, array in made.items():
+        assert_array_equal(array, loaded[name])
+        assert (array.strides, array.dtype) == (loaded[name].strides, loaded[name].dtype)
+
+
+def test_leftovers_of_a_killed_run_are_cleared(tmp_path):
+    cache = Cache(tmp_path)
+    cache.save("tracking/frame_0001", KEY, Maker()())
+    for folder in (tmp_path, tmp_path / "tracking"):
+        (folder / "x.npz.partial").touch()
+    again = Cache(tmp_path)
+    again.save("tracking/frame_0002", KEY, Maker()())
+    assert not [name for name in names(tmp_path) if name.endswith(".partial")]
+
+
+def test_keys_depend_on_every_part_and_its_place_but_not_on_the_order_of_names():
+    parts = [
+        digest("ab", "c"),
+        digest("a", "bc"),
+        digest("abc"),
+        digest("c", "ab"),
+        digest(b"abc"),
+        digest(["ab", "c"]),
+        digest(1),
+        digest(1.5),
+        digest("1"),
+    ]
+    assert len(set(parts)) == len(parts)
+    assert digest({"a": 1, "b": [2, 3]}) == digest({"b": [2, 3], "a": 1})

@@ -1,0 +1,32 @@
+import pytest
+
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.settings import Settings
+from refmesh_addon.pipeline.session.job import STAGES, JobSpec
+
+
+def test_a_job_survives_the_way_to_another_process():
+    settings = Settings.from_flat({"centers": 64, "mapping": "rbf", "smoothness": 0.02})
+    spec = JobSpec("/in/Füße *.obj", "/out", "6-10,14", settings, until="reference", resume=False)
+    assert JobSpec.from_json(spec.to_json()) == spec
+    assert JobSpec.from_json(JobSpec("a", "b").to_json()) == JobSpec("a", "b")
+
+
+def test_until_names_the_last_stage():
+    assert JobSpec("a", "b").stages == STAGES
+    assert JobSpec("a", "b", until="reference").stages == ("tracking", "reference")
+    with pytest.raises(RefMeshError, match="'polish' is not a stage: choose one of sequence, tracking"):
+        JobSpec("a", "b", until="polish")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", "{}", '{"source": "a", "output": "b", "color": 1}', '{"source": "a", "output": "b", "settings": 3}']
+)
+def test_what_is_no_job_is_refused(text):
+    with pytest.raises(RefMeshError, match="job file cannot be understood"):
+        JobSpec.from_json(text)
+
+
+def test_a_setting_out_of_range_is_refused_by_name():
+    with pytest.raises(RefMeshError, match="--centers is 3"):
+        JobSpec.from_json('{"source": "a", "output": "b", "settings": {"centers": 3}}')

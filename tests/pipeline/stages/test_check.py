@@ -1,0 +1,87 @@
+"""The check of a whole sequence on disk: what it writes, what it takes up again, and what it refuses."""
+
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from refmesh_addon.core.errors import Cancelled, RefMeshError
+from refmesh_addon.io.findings import CHECK_TEXT, read_findings
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.preview import PREVIEW_FOLDER, preview_path, read_preview
+from refmesh_addon.pipeline.process.client import WorkerProcess
+from refmesh_addon.pipeline.session.job import CHECK, JobSpec
+from refmesh_addon.pipeline.session.parallel import Workers
+from refmesh_addon.pipeline.stages import check as diagnosis
+
+
+@pytest.fixture
+def take(tmp_path) -> Path:
+    """Six frames: 3 is missing, 5 is cut off, 7 is a copy of 6."""
+    folder = tmp_path / "take"
+    folder.mkdir()
+    for number in (1, 2, 4, 5, 6, 7):
+        ball = trimesh.creation.icosphere(2, radius=1 + 0.01 * min(number, 6))
+        ball.export(folder / f"take_{number}.ply")
+    data = (folder / "take_5.ply").read_bytes()
+    (folder / "take_5.ply").write_bytes(data[: len(data) // 2])
+    return folder
+
+
+def check(take: Path, output: Path, notify=lambda *_: None):
+    with Workers(1) as workers:
+        return diagnosis.check_sequence(JobSpec(str(take), str(output), until=CHECK), notify, workers)
+
+
+def test_findings_of_a_real_process_are_written_for_panel_and_person(take, tmp_path):
+    *_, last = WorkerProcess(JobSpec(str(take), str(tmp_path / "out"), until=CHECK)).events()
+    assert last.kind == "done", last.message
+    findings = read_findings(tmp_path / "out")
+    assert [(finding.kind, finding.frame) for finding in findings] == [("unreadable", 5), ("gap", 2), ("duplicate", 7)]
+    text = (tmp_path / "out" / CHECK_TEXT).read_text()
+    assert all(finding.words in text for finding in findings) and str(take) not in text
+
+
+def test_frames_are_prepared_for_the_preview(take, tmp_path):
+    check(take, tmp_path / "out")
+    for number in (1, 2, 4, 6, 7):
+        path = take / f"take_{number}.ply"
+        assert len(read_preview(preview_path(tmp_path / "out", path)).vertices) == len(read_mesh(path).vertices)
+    assert len(list((tmp_path / "out" / PREVIEW_FOLDER).iterdir())) == 5
+
+
+def test_only_what_changed_is_looked_at_again(take, tmp_path, monkeypatch):
+    before = check(take, tmp_path / "out")
+    trimesh.creation.box().export(take / "take_5.ply")
+    looked = []
+
+    def remembered(_, function, tasks, alive):
+        for index, task in enumerate(tasks):
+            looked.append(task)
+            yield index, function(*task)
+
+    monkeypatch.setattr(Workers, "map", remembered)
+    after = check(take, tmp_path / "out")
+    assert [task[0] for task in looked] == [5]
+    assert "unreadable" not in [finding.kind for finding in after] and before != after
+    assert check(take, tmp_path / "out") == after and len(looked) == 1
+
+
+def test_same_findings_however_often(take, tmp_path):
+    assert check(take, tmp_path / "a") == check(take, tmp_path / "a") == check(take, tmp_path / "b")
+    assert (tmp_path / "a" / CHECK_TEXT).read_bytes() == (tmp_path / "b" / CHECK_TEXT).read_bytes()
+
+
+def test_a_wish_to_stop_is_heard_and_what_is_done_is_kept(take, tmp_path):
+    def stop(stage, frame, share):
+        if share > 0.3:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        check(take, tmp_path / "out", stop)
+    assert list((tmp_path / "out" / PREVIEW_FOLDER).glob("*.npz")) and not (tmp_path / "out" / CHECK_TEXT).exists()
+
+
+def test_findings_that_are_not_there_are_named(tmp_path):
+    with pytest.raises(RefMeshError, match="sequence_check.json: cannot be read"):
+        read_findings(tmp_path)
