@@ -16,7 +16,7 @@ from refmesh_addon.core.evaluation import metrics
 from refmesh_addon.core.geometry.holes import capped
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
 from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
-from refmesh_addon.core.reference.group import GroupCenters, align_frame, build_reference, place_centers
+from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, build_reference, place_centers
 from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
 from refmesh_addon.core.tracking.affinity import near_pairs
@@ -86,9 +86,8 @@ def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Refe
     budget = triangle_budget(settings.triangles, [len(mesh.triangles) for mesh in take.meshes])
     count = points_per_frame(budget, len(take.meshes))
     anchor = take.bodies[group.anchor]
-    tasks = [
-        (body, centers, anchor, take.positions[group.anchor], group, settings, count) for body, centers in zip(take.bodies, take.positions)
-    ]
+    mapped = anchor_frame(anchor, take.positions[group.anchor], group, settings)
+    tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.bodies, take.positions)]
     aligned = _mapped(workers, align_frame, tasks)
     kept = [one for one in aligned if one["after"] >= settings.least_overlap]
     points, normals = (np.concatenate([one[name] for one in kept]) for name in ("points", "normals"))

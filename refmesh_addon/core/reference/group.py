@@ -59,23 +59,25 @@ def place_centers(
     return GroupCenters(placed, affinity, spacing, found.anchor, found.stress)
 
 
+def anchor_frame(mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings) -> AnchorFrame:
+    """The anchor frame of a group, mapped to the reference positions: bound, sampled and voxelized once for all frames of the group.
+
+    mesh : the anchor frame's, closed.  centers : (C, 3) tracked centers in that frame, scene units.
+    """
+    frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
+    mapped = frame.to(group.positions)
+    return AnchorFrame.of(mapped, frame.whole(mapped), len(centers))
+
+
 def align_frame(
-    mesh: TriangleMesh,
-    centers: np.ndarray,
-    anchor_mesh: TriangleMesh,
-    anchor_centers: np.ndarray,
-    group: GroupCenters,
-    settings: ReferenceSettings,
-    count: int,
+    mesh: TriangleMesh, centers: np.ndarray, anchor: AnchorFrame, group: GroupCenters, settings: ReferenceSettings, count: int
 ) -> dict[str, np.ndarray | np.generic]:
     """A frame carried to the reference positions and aligned with the anchor frame.
 
+    mesh : the frame's, closed.  centers : (C, 3) tracked centers in that frame, scene units.  anchor : from `anchor_frame`.
     count : oriented points to sample. Returns its own reference centers `targets` (C, 3), `points` and `normals`
     (count, 3), and the IoU with the anchor frame `before` and `after`.
     """
-    anchor_map = FrameMap(anchor_mesh, anchor_centers, group.affinity, group.spacing, settings.mapping)
-    mapped_anchor = anchor_map.to(group.positions)
-    anchor = AnchorFrame.of(mapped_anchor, anchor_map.whole(mapped_anchor), len(anchor_centers))
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
     points, normals = oriented_points(aligned.mesh, frame.whole(aligned.mesh), count, np.random.default_rng(0))

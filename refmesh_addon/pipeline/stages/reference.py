@@ -9,7 +9,7 @@ from scipy import sparse
 
 from ...core.geometry.mesh import is_watertight, vertex_components
 from ...core.reference.budget import points_per_frame, triangle_budget
-from ...core.reference.group import GroupCenters, align_frame, build_reference, place_centers
+from ...core.reference.group import GroupCenters, align_frame, anchor_frame, build_reference, place_centers
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.meshes import write_ply
@@ -113,7 +113,7 @@ def _aligned(context: Context, tracked: Tracked, spans: list[_Span], centers: li
     done = {(span.index, frame): context.cache.load(_aligned_entry(context, span, frame), span.key) for span, frame in jobs}
     waiting = [(span, frame) for span, frame in jobs if done[span.index, frame] is None]
     tasks = (_alignment_task(context, tracked, span, frame, centers[span.index]) for span, frame in waiting)
-    for count, (index, result) in enumerate(context.workers.map(align_frame, tasks, lambda: context.notify("reference", None, 0.0))):
+    for count, (index, result) in enumerate(context.workers.map(_align_to_anchor, tasks, lambda: context.notify("reference", None, 0.0))):
         span, frame = waiting[index]
         done[span.index, frame] = result
         context.cache.save(_aligned_entry(context, span, frame), span.key, result)
@@ -126,6 +126,11 @@ def _alignment_task(context: Context, tracked: Tracked, span: _Span, frame: int,
     anchor_centers, centers = tracked.seen((anchor, frame))
     count = points_per_frame(_budget(context, span.frames), len(span.frames))
     return context.frames.body(frame), centers, context.frames.body(anchor), anchor_centers, group, context.settings.reference, count
+
+
+def _align_to_anchor(mesh, centers, anchor_mesh, anchor_centers, group, settings, count: int) -> Arrays:
+    anchor = anchor_frame(anchor_mesh, anchor_centers, group, settings)
+    return align_frame(mesh, centers, anchor, group, settings, count)
 
 
 def _built(context: Context, spans: list[_Span], centers: list[GroupCenters], aligned: dict[tuple[int, int], Arrays]) -> list[Arrays]:
