@@ -12,8 +12,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 
-class _FrozenArrays:
-    """Makes every array field of a dataclass read-only, so that results cannot change behind a reader's back."""
+class FrozenArrays:
+    """Base of result types: makes every array field of a dataclass read-only, so that nobody changes a result that others read."""
 
     def __post_init__(self):
         for field in fields(self):  # type: ignore[arg-type]  # only dataclasses derive from this
@@ -25,7 +25,7 @@ class _FrozenArrays:
 
 
 @dataclass(frozen=True)
-class TriangleMesh(_FrozenArrays):
+class TriangleMesh(FrozenArrays):
     """A triangle mesh.
 
     vertices : (V, 3) float64, scene units.

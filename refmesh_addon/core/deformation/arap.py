@@ -26,7 +26,7 @@ from scipy import sparse
 from ..geometry.cotangent import cotangent_weights, spokes, triangle_adjacency
 from ..geometry.factor import factored
 from ..geometry.mesh import TINY, triangle_areas, triangles_at, vertex_components
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .smooth_rotations import SmoothRotations
 
 # Pull of components without constraints towards where they start: it decides their place and must not decide their shape.
@@ -34,7 +34,7 @@ HOLD = 1e-3
 
 
 @dataclass(frozen=True)
-class Deformation(_FrozenArrays):
+class Deformation(FrozenArrays):
     """vertices : (R, 3) scene units.  rotations : (R, 3, 3).  energies : (at most iterations + 1,) scene units squared, from the start
     on; without the start's where its rotations were given.
     """

@@ -16,7 +16,7 @@ from ..geometry.borders import barycentric, border_edges, on_border
 from ..geometry.closest_point import Allowed, ClosestPoints, SurfaceIndex
 from ..geometry.mesh import normalized, triangle_normals
 from ..geometry.winding import Enclosed, enclosed_by
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .surface_samples import SurfaceSampler, SurfaceSamples
 
 # compatible(vertex_ids, triangle_ids) -> bool for each pair: may this reference vertex lie on this source triangle?
@@ -37,7 +37,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Pairs(_FrozenArrays):
+class Pairs(FrozenArrays):
     """K points of the reference, each with its place on the source.
 
     corners : (K, 3) reference vertices around the point.  shares : (K, 3) their barycentric weights.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 from .patch_fit import fit_patches, square_distances
 from .patches import Patches
 
@@ -37,7 +37,7 @@ class MatchSettings:
 
 
 @dataclass(frozen=True)
-class Matches(_FrozenArrays):
+class Matches(FrozenArrays):
     """reference, frame : (M,) int64, positions in the lists of key points.  errors : (M,) share of the patch radius."""
 
     reference: np.ndarray

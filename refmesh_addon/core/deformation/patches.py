@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..geometry.mesh import vertex_normals
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 
 PATCH_POINTS = 128  # finer sampling tells little more, and the cost is quadratic
 PATCH_RADIUS = 12.0  # of the length that the key points were found with; smaller ones mistake one limb for another
@@ -16,7 +16,7 @@ BLOCK_ENTRIES = 1 << 15  # padded neighbours held at once: small enough for the 
 
 
 @dataclass(frozen=True)
-class Patches(_FrozenArrays):
+class Patches(FrozenArrays):
     """N(r) of the paper: the surface vertices within a radius around each key point.
 
     vertices : (K,) int64, key points as vertex indices of their mesh.

@@ -19,7 +19,7 @@ from ..geometry.mesh import mean_edge_length, triangle_areas
 from ..geometry.winding import Enclosed
 from ..progress import Progress, ignore
 from ..settings import DeformationSettings
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .arap import ArapSolver, Deformation
 from .correspondence import Compatible, Correspondence, Limits, Pairs
 from .folds import Facing
@@ -47,7 +47,7 @@ INSET = 0.15
 
 
 @dataclass(frozen=True)
-class FitResult(_FrozenArrays):
+class FitResult(FrozenArrays):
     """vertices : (R, 3) scene units.
     residuals : (rounds,) mean distance of the pairs before each round, scene units; 0 where there is no pair.
     held : (R,) bool, True where no pair touched the vertex in the last round and ARAP alone decided.

@@ -8,11 +8,11 @@ import numpy as np
 from scipy import sparse
 
 from ..geometry.mesh import area_vectors, distinct, normalized
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 
 
 @dataclass(frozen=True)
-class SurfaceSamples(_FrozenArrays):
+class SurfaceSamples(FrozenArrays):
     """Vertices, then centres of triangles of a surface.
 
     points, normals : (N, 3).  triangles : (N,) a triangle that holds the point.

@@ -22,7 +22,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .ragged import numbered
 
 FIRST = 8  # spheres fetched for every query, which settle most of them
@@ -39,7 +39,7 @@ Allowed = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class ClosestPoints(_FrozenArrays):
+class ClosestPoints(FrozenArrays):
     """points : (N, 3) on the surface; triangles : (N,) int64; distances : (N,) scene units.
 
     Queries farther than `max_distance` have distance inf, triangle -1 and their own position.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 
 BLOCK = 8192  # matrices handled at a time: their few dozen temporary arrays then stay in the processor's cache
 NEWTON_STEPS = 30  # halving steps towards a pair of roots as close as SEPARATION, and the last quadratic ones
@@ -26,7 +26,7 @@ NUDGE = 1e-12
 
 
 @dataclass(frozen=True)
-class RigidMotions(_FrozenArrays):
+class RigidMotions(FrozenArrays):
     """One rigid motion for each of C neighbourhoods: x -> rotation (x - source) + target.
 
     rotations : (C, 3, 3).  sources, targets : (C, 3) weighted centroids before and after, scene units.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .holes import capped
 from .ragged import numbered
 
@@ -18,7 +18,7 @@ PAIRS_AT_ONCE = 2_000_000  # triangle-column pairs rasterised together: bounds t
 
 
 @dataclass(frozen=True)
-class Grid(_FrozenArrays):
+class Grid(FrozenArrays):
     """Cells of a regular grid.
 
     origin : (3,) lowest corner, scene units.  spacing : edge of a cell, scene units.  shape : cells along x, y, z.

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..geometry.mesh import sample_surface, triangle_normals, vertex_normals
 from ..geometry.voxels import Grid, fill, grid_around
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .detail import moved_along_normals
 from .mapping import FrameMap, closed_apart
 
@@ -38,7 +38,7 @@ DETAIL_STEPS = 2  # moves along normals after the steps of the centers; a third 
 
 
 @dataclass(frozen=True)
-class Alignment(_FrozenArrays):
+class Alignment(FrozenArrays):
     """targets : (C, 3) the frame's own reference centers X'_f.  mesh : the frame's, mapped.  before, after : IoU with the anchor frame."""
 
     targets: np.ndarray

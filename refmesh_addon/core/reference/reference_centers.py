@@ -15,7 +15,7 @@ from scipy.spatial.distance import pdist, squareform
 
 from ..geometry.rotations import closest_rotations
 from ..progress import Progress, ignore
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 
 STRESS_STOP = 1e-5  # relative drop of stress per step at which SMACOF stops
 MOST_STEPS = 300
@@ -23,7 +23,7 @@ LEAST_SHARE = 0.01  # of the median distance; nearer pairs weigh no more, or two
 
 
 @dataclass(frozen=True)
-class ReferenceCenters(_FrozenArrays):
+class ReferenceCenters(FrozenArrays):
     """positions : (C, 3) scene units, rigidly aligned with the anchor frame's centers.
     anchor : index within the group of the frame that fits the largest distances best (the paper's R-frame).
     stress : the paper's sigma(X), equation (3).  frame_stress : (F,) the same of each frame's own centers.

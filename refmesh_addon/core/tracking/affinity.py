@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from ..geometry.rotations import RigidMotions, rigid_motions
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 from .lloyd import Cells
 
 # Distances at which an affinity has fallen to one half, in center spacings.
@@ -24,7 +24,7 @@ FADE = 0.05  # published falloff of the IIR variant
 
 
 @dataclass(frozen=True)
-class Affinity(_FrozenArrays):
+class Affinity(FrozenArrays):
     """Affinities of the pairs of centers that are near each other.
 
     first, second : (N,) int32 centers of each pair, first < second.

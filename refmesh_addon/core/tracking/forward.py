@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry.rotations import RigidMotions, rigid_motions
 from ..settings import TrackingSettings
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
 from .first_guess import first_guess
@@ -30,7 +30,7 @@ MOST_STEPS = (100, 60, 60)  # per level; the piecewise-constant Lloyd pull may c
 
 
 @dataclass(frozen=True)
-class TrackedFrame(_FrozenArrays):
+class TrackedFrame(FrozenArrays):
     """Where the centers are in one frame, and what the next one needs.
 
     centers, before : (C, 3) in this frame and the one before (the same array for the first).

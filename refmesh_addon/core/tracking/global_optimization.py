@@ -19,7 +19,7 @@ from scipy import sparse
 
 from ..geometry.rotations import rigid_motions
 from ..progress import Progress, ignore
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
 from .ownership import Ownership
@@ -42,7 +42,7 @@ SamplesOf = Callable[[int], VolumeSamples]
 
 
 @dataclass(frozen=True)
-class Optimized(_FrozenArrays):
+class Optimized(FrozenArrays):
     """positions : (F, C', 3), scene units.  kept : (C',) which of the C centers they are.
     affinity : of the kept centers over the whole sequence.  energies : of the start and after each iteration, in s^2.
     lloyd_energy : (F,) per frame.  arap_energy : (F,) from the frame before, 0 for the first; both in s^2.
@@ -137,7 +137,7 @@ def sequence_affinity(positions: np.ndarray, weights: sparse.spmatrix, samples_o
 
 
 @dataclass(frozen=True)
-class State(_FrozenArrays):
+class State(FrozenArrays):
     """Positions (F, C, 3) with the parts of their energy.
 
     masses : (F, C) of the cells, as multiples of the frame's mean.  centroids : (F, C, 3) of the cells.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..types import _FrozenArrays
+from ..types import FrozenArrays
 from .bisection import equal_parts
 from .ownership import Ownership
 from .volume import Volume
@@ -18,7 +18,7 @@ SETTLED = 1e-3  # largest step, in s, at which the first spread has settled
 
 
 @dataclass(frozen=True)
-class Cells(_FrozenArrays):
+class Cells(FrozenArrays):
     """The share of the volume nearest to each center.
 
     masses : (C,) voxels.  centroids : (C, 3).  second : (C, 3, 3) mean outer product about the centroid, units squared;

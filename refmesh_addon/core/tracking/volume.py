@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.voxels import fill, grid_around
-from ..types import TriangleMesh, _FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 
 SAMPLES_PER_CENTER = (8, 32, 200)  # blocks wanted per center on each level, coarse to fine
 
 
 @dataclass(frozen=True)
-class VolumeSamples(_FrozenArrays):
+class VolumeSamples(FrozenArrays):
     """positions : (N, 3) centroids of the filled part of each block, scene units.
     masses : (N,) float64, filled voxels in the block.  spacing : edge of a block, scene units.
     """
