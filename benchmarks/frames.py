@@ -6,7 +6,7 @@ import argparse
 import hashlib
 from pathlib import Path
 
-from refmesh_addon.io.meshes import write_ply
+from refmesh_addon.io.ply import write_ply
 from sample_scenes import generators
 
 ROOT = Path(__file__).resolve().parent.parent

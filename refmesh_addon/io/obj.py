@@ -1,6 +1,6 @@
 """Geometry of a Wavefront OBJ file.
 
-Our own reader because trimesh splits vertices along UV seams and material borders, reorders them, and lets cut-off files pass.
+Our own reader because trimesh splits vertices along UV seams and material borders, reorders them, and lets truncated files pass.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import re
 
 import numpy as np
 
-# What Open3D and MeshLab state in the comment at the head of a file.
+# What Open3D and MeshLab state in the comment at the top of a file.
 _STATED_FACES = re.compile(rb"#\s*(?:number of triangles|faces)\s*:\s*([0-9]+)\s*$", re.IGNORECASE)
-# Share of vertices without a face above which a file that ends inside a line is taken to be cut off.
+# Share of vertices without a face above which a file that ends inside a line is taken to be truncated.
 CUT_OFF_UNUSED = 0.02
 _ATTRIBUTE_INDICES = re.compile(rb"/\S*")
 
@@ -78,7 +78,7 @@ def _parse_faces(lines: list[bytes], numbers: list[int]) -> tuple[np.ndarray, np
         raise ValueError(f"line {number} is not a face: '{_shown(lines[number - 1])}'") from None
     if (sizes < 3).any():
         number = numbers[int(np.argmax(sizes < 3))]
-        raise ValueError(f"line {number} is a face with fewer than three corners: '{_shown(lines[number - 1])}'; is the file cut off?")
+        raise ValueError(f"line {number} is a face with fewer than three corners: '{_shown(lines[number - 1])}'; is the file truncated?")
     return corners, sizes
 
 
@@ -94,12 +94,12 @@ def _absolute(corners: np.ndarray, vertices_before: np.ndarray) -> np.ndarray:
 def _check_complete(data: bytes, lines: list[bytes], vertices: int, corners: np.ndarray, faces: int) -> None:
     stated = _stated_faces(lines)
     if stated is not None and faces < stated:
-        raise ValueError(f"it is cut off: its head announces {stated} faces, {faces} are there")
-    # Either sign alone is found in sound files; a file cut in the middle of its faces shows both.
+        raise ValueError(f"it is truncated: its header announces {stated} faces, {faces} are there")
+    # Either sign alone is found in sound files; a file truncated in the middle of its faces shows both.
     ends_inside_line = not data.endswith((b"\n", b"\r"))
     unused = vertices - len(np.unique(corners))
     if ends_inside_line and faces and unused > CUT_OFF_UNUSED * vertices:
-        raise ValueError(f"it seems cut off: no face uses {unused} of its {vertices} vertices; if it is whole, end it with a line break")
+        raise ValueError(f"it seems truncated: no face uses {unused} of its {vertices} vertices; if it is whole, end it with a line break")
 
 
 def _stated_faces(lines: list[bytes]) -> int | None:

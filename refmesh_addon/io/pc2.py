@@ -34,7 +34,7 @@ def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, coun
 
 
 def pc2_shape(path: str | Path) -> tuple[int, int]:
-    """(samples, points) from the head of the file. Raises RefMeshError when it is missing, cut off or no PC2 file."""
+    """(samples, points) from the header of the file. Raises RefMeshError when it is missing, truncated or no PC2 file."""
     path = Path(path)
     try:
         with open(path, "rb") as file:
@@ -46,7 +46,7 @@ def pc2_shape(path: str | Path) -> tuple[int, int]:
         raise RefMeshError(f"{path}: is not a PC2 point cache")
     _, _, points, _, _, count = _HEADER.unpack(head)
     if points < 0 or count < 0 or size != _HEADER.size + 12 * points * count:
-        raise RefMeshError(f"{path}: the point cache is cut off; make it again")
+        raise RefMeshError(f"{path}: the point cache is truncated; run the step again")
     return count, points
 
 

@@ -15,9 +15,9 @@ from itertools import pairwise
 from pathlib import Path
 
 from ..core.errors import RefMeshError
+from .formats import FRAME_FORMATS, frame_format
 from .frame_range import FrameRange, in_words, parse_ranges
 
-EXTENSIONS = (".obj", ".ply", ".stl", ".glb", ".off")
 BLENDER_LAST_FRAME = 1_048_574  # Blender's timeline ends here
 # More missing numbers than this for each file: the numbers are time stamps (milliseconds, say), not a count of frames.
 MOST_MISSING_PER_FRAME = 10
@@ -106,7 +106,7 @@ def _series_of(source: str) -> _Series:
 
 def _is_mesh(path: Path) -> bool:
     # macOS leaves "._name.obj" files beside the real ones on foreign disks.
-    return path.suffix.lower() in EXTENSIONS and not path.name.startswith(".") and path.is_file()
+    return path.suffix.lower() in FRAME_FORMATS and not path.name.startswith(".") and path.is_file()
 
 
 def _meshes_in(folder: Path) -> list[Path]:
@@ -118,13 +118,12 @@ def _meshes_in(folder: Path) -> list[Path]:
 
 def _most_frequent_kind(files: list[Path]) -> list[Path]:
     counts = Counter(path.suffix.lower() for path in files)
-    kind = max(EXTENSIONS, key=lambda extension: counts[extension])
+    kind = max(FRAME_FORMATS, key=lambda extension: counts[extension])
     return [path for path in files if path.suffix.lower() == kind]
 
 
 def _series_with(path: Path) -> _Series:
-    if path.suffix.lower() not in EXTENSIONS:
-        raise RefMeshError(f"{path}: '{path.suffix}' is not a mesh format that can be read; give one of {', '.join(EXTENSIONS)}")
+    frame_format(path)  # refuses what cannot be read
     siblings = [path] + [other for other in _meshes_in(path.parent) if other.name != path.name]
     for run in range(_digit_runs(path)):
         key = _split(path, run)[0]
@@ -136,7 +135,7 @@ def _series_with(path: Path) -> _Series:
 
 def _only_series(files: list[Path], source: str) -> _Series:
     if not files:
-        raise RefMeshError(f"{source}: no meshes found; expected files such as frame_0001.obj ({', '.join(EXTENSIONS)})")
+        raise RefMeshError(f"{source}: no meshes found; expected files such as frame_0001.obj ({', '.join(FRAME_FORMATS)})")
     if len(files) == 1:
         return _lone(files[0])
     groups: dict = {}

@@ -10,8 +10,9 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from bpy_extras.io_utils import ImportHelper
 
 from ..core.errors import RefMeshError
+from ..io.formats import FRAME_FORMATS
 from ..io.frame_range import in_words
-from ..io.sequence import EXTENSIONS, Sequence, find_sequence
+from ..io.sequence import Sequence, find_sequence
 from .common import SceneOperator, absolute, reporting
 
 AXES = {
@@ -45,7 +46,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     )
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    filter_glob: StringProperty(default=";".join(f"*{extension}" for extension in EXTENSIONS), options={"HIDDEN"})
+    filter_glob: StringProperty(default=";".join(f"*{extension}" for extension in FRAME_FORMATS), options={"HIDDEN"})
     frames: StringProperty(
         name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes all", options={"SKIP_SAVE"}
     )

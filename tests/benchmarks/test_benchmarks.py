@@ -17,7 +17,7 @@ from refmesh_addon.core.deformation.arap import ArapSolver
 from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, triangle_normals
 from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.core.tracking.volume import sample_volume
-from refmesh_addon.io.meshes import write_ply
+from refmesh_addon.io.ply import write_ply
 from sample_scenes.generators import SEQUENCES
 
 from ..core.shapes import ball, box, joined, moved

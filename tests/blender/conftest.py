@@ -15,8 +15,8 @@ from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.tracking.center_figures import center_figures
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.files import write_npz
-from refmesh_addon.io.meshes import write_ply
 from refmesh_addon.io.pc2 import write_pc2
+from refmesh_addon.io.ply import write_ply
 from refmesh_addon.io.report import Distances, FrameReport, GroupReport, Report
 from refmesh_addon.io.sequence import find_sequence
 

@@ -8,8 +8,9 @@ import pytest
 
 from refmesh_addon.bridge.exports.export import FORMATS
 from refmesh_addon.bridge.scene.meshes import read_positions
-from refmesh_addon.io.meshes import read_mesh, write_ply
+from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
+from refmesh_addon.io.ply import write_ply
 
 from .conftest import GROUPS, NUMBERS, place, reference, velocities, write_results
 

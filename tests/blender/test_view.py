@@ -10,8 +10,7 @@ from refmesh_addon.bridge.results.center_colors import colors_by_number, colors_
 from refmesh_addon.bridge.scene.meshes import COLOR_NAME
 from refmesh_addon.core.evaluation.error_scale import to_linear
 from refmesh_addon.core.findings import FIGURES
-from refmesh_addon.io.meshes import write_ply
-from refmesh_addon.io.own_ply import read_colors
+from refmesh_addon.io.ply import read_colors, write_ply
 
 from .conftest import CENTERS, place, reference
 

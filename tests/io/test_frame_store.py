@@ -11,7 +11,8 @@ import pytest
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.frame_store import FrameStore
-from refmesh_addon.io.meshes import read_mesh, write_ply
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.ply import write_ply
 from refmesh_addon.io.preview import PREVIEW_FOLDER, PreviewMesh, preview_path, read_preview, remove_other_previews, write_preview
 
 from ..core.shapes import ball

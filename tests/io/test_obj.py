@@ -63,8 +63,8 @@ def test_indices_that_point_nowhere_stay_outside(index):
         (SQUARE + "f 1 2 3\nf 1 2\n", "line 6 is a face with fewer than three corners"),
         (SQUARE + "f 1 2 x\n", "line 5 is not a face"),
         (SQUARE + "f 1 2 99999999999999999999\n", "line 5 is not a face"),
-        ("# number of triangles: 2\n" + SQUARE + "f 1 2 3\n", "cut off: its head announces 2 faces, 1 are there"),
-        (SQUARE + "v 5 5 5\nf 1 2 3\nf 1 3 4", "seems cut off: no face uses 1 of its 5 vertices"),
+        ("# number of triangles: 2\n" + SQUARE + "f 1 2 3\n", "truncated: its header announces 2 faces, 1 are there"),
+        (SQUARE + "v 5 5 5\nf 1 2 3\nf 1 3 4", "seems truncated: no face uses 1 of its 5 vertices"),
     ],
 )
 def test_what_is_no_whole_obj_is_refused_in_words(text, words):

@@ -50,7 +50,8 @@ def test_samples_that_are_not_as_announced_are_refused(tmp_path, points, count, 
 
 def test_a_broken_cache_is_refused_by_name(cache):
     data = cache.read_bytes()
-    for broken, words in ((data[:-1], "cut off"), (data[:20], "not a PC2"), (b"PNG" + data[3:], "not a PC2"), (data + b"\0", "cut off")):
+    truncated, foreign = "is truncated", "is not a PC2"
+    for broken, words in ((data[:-1], truncated), (data[:20], foreign), (b"PNG" + data[3:], foreign), (data + b"\0", truncated)):
         cache.write_bytes(broken)
         with pytest.raises(RefMeshError, match=rf"a\.pc2: .*{words}"):
             pc2_shape(cache)

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import RefMeshError
-from ...io.own_ply import read_velocities
+from ...io.ply import read_velocities
 from ..sequence.raw_sequence import frame_at
 
 ATTRIBUTE = "velocity"

@@ -14,7 +14,7 @@ from ...core.errors import RefMeshError
 from ...core.evaluation import error_scale
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
-from ...io.own_ply import read_surface
+from ...io.ply import read_surface
 from ...io.report import read_report
 from ..results.heat_map import read_error_colors
 from ..scene.materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, plain_material

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.evaluation.error_scale import to_linear
-from ...io.own_ply import read_colors
+from ...io.ply import read_colors
 from ..scene.materials import attribute_material
 from ..scene.meshes import COLOR_NAME, set_colors
 from .groups import deformed_material

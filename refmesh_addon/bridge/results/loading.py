@@ -16,7 +16,7 @@ from ...core.findings import FIGURES
 from ...core.settings import Settings, flat_fields
 from ...io.files import CENTERS_NAME, read_npz
 from ...io.frame_range import as_choice, parse_ranges
-from ...io.own_ply import read_surface
+from ...io.ply import read_surface
 from ...io.preview import PreviewMesh
 from ...io.report import read_report
 from ..scene.markers import show_markers

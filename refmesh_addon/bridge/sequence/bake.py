@@ -14,7 +14,7 @@ import numpy as np
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ...io.files import PARTIAL_SUFFIX, output_folder
-from ...io.meshes import write_ply
+from ...io.ply import write_ply
 from ..scene.meshes import read_positions
 
 DIGITS = 4  # of the frame number in a file name, at least

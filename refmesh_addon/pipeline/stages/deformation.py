@@ -13,8 +13,8 @@ from ...core.deformation.temporal_smoothing import steadied
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
-from ...io.meshes import write_ply
 from ...io.pc2 import write_pc2
+from ...io.ply import write_ply
 from ...io.report import FrameReport
 from ...io.sequence import held_frames
 from ..session.cache import KEY_LENGTH, Arrays, digest

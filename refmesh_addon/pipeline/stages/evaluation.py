@@ -9,7 +9,7 @@ import numpy as np
 from ...core.evaluation.error_scale import error_colors
 from ...core.evaluation.metrics import measure
 from ...core.types import TriangleMesh
-from ...io.meshes import write_ply
+from ...io.ply import write_ply
 from ...io.report import Distances
 from ..session.cache import digest
 from ..session.context import Context

@@ -12,7 +12,7 @@ from ...core.reference.budget import points_per_frame, triangle_budget
 from ...core.reference.group import GroupCenters, align_frame, anchor_frame, build_reference, place_centers
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
-from ...io.meshes import write_ply
+from ...io.ply import write_ply
 from ...io.report import GroupReport
 from ..session.cache import Arrays, digest
 from ..session.context import Context

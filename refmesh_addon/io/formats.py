@@ -1,0 +1,67 @@
+"""What RefMesh knows of a file format, and the formats that it reads frames from.
+
+A format that holds one mesh in a file is read here, without Blender. Formats that need Blender are in `bridge/formats`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import RefMeshError
+from .obj import parse_obj
+from .trimesh_reader import parse_with_trimesh
+from .truncation import check_off, check_ply, check_stl
+
+
+@dataclass(frozen=True)
+class Format:
+    """Everything that distinguishes one file format from another. A direction without a function is not supported.
+
+    name : in options of operators and of the command line.  label : in menus.
+    extensions : in lower case, with the dot; the first is the one that is written.
+    parse : the bytes of a file that holds one frame -> vertices (V, 3), triangles (T, 3). Raises ValueError, saying what is wrong.
+    shared_vertices : whether triangles can share vertices; where they cannot, equal vertices are merged.
+    load : imports a file that holds an animated scene into the present Blender scene.
+    write : writes a `bridge.formats.export.Export`; returns the paths of the files.
+    contents : what `write` writes, in one line, for menus and `--help`.
+    every_frame : `write` writes each frame of a range, so a frame step is refused.
+    options : frozen dataclass of the options that `write` takes, each field made by `core.settings.option`.
+    unavailable : why this Blender can neither load nor write it; "" when it can.
+    """
+
+    name: str
+    label: str
+    extensions: tuple[str, ...]
+    parse: Callable[[bytes], tuple[np.ndarray, np.ndarray]] | None = None
+    shared_vertices: bool = True
+    load: Callable[[Path], None] | None = None
+    write: Callable[[Any], list[Path]] | None = None
+    contents: str = ""
+    every_frame: bool = False
+    options: type | None = None
+    unavailable: Callable[[], str] = lambda: ""
+
+
+OBJ = Format("obj", "Wavefront OBJ", (".obj",), parse_obj)
+PLY = Format("ply", "PLY", (".ply",), partial(parse_with_trimesh, kind="ply", check=check_ply))
+STL = Format("stl", "STL", (".stl",), partial(parse_with_trimesh, kind="stl", check=check_stl), shared_vertices=False)
+GLB = Format("glb", "glTF Binary", (".glb",), partial(parse_with_trimesh, kind="glb"))
+OFF = Format("off", "OFF", (".off",), partial(parse_with_trimesh, kind="off", check=check_off))
+
+# By how often captures come in them: where a folder holds as many files of one as of another, the first is taken.
+FRAME_FORMATS = {extension: known for known in (OBJ, PLY, STL, GLB, OFF) for extension in known.extensions}
+
+
+def frame_format(path: Path) -> Format:
+    """The format of a file that holds one frame, by its extension in any case. Raises RefMeshError for one that is not read."""
+    try:
+        return FRAME_FORMATS[path.suffix.lower()]
+    except KeyError:
+        known = ", ".join(FRAME_FORMATS)
+        raise RefMeshError(f"{path}: '{path.suffix}' is not a mesh format that can be read; give one of {known}") from None
