@@ -20,8 +20,34 @@ def option(default, help: str, *, low=None, high=None, choices: dict[str, str] |
     return field(default=default, metadata={"help": help, "low": low, "high": high, "choices": choices, "label": label})
 
 
+def _check_value(item: Field, value: object) -> None:
+    """Raises RefMeshError, naming the option, for a value that the setting does not take."""
+    choices, low, high = item.metadata["choices"], item.metadata["low"], item.metadata["high"]
+    flag = "--" + item.name.replace("_", "-")
+    if choices is not None:
+        if value not in choices:
+            raise RefMeshError(f"{flag} is '{value}': choose one of {', '.join(choices)}")
+    elif isinstance(item.default, str):
+        if not isinstance(value, str):
+            raise RefMeshError(f"{flag} is {value}: give a text")
+    else:
+        integer = isinstance(item.default, int)
+        number = isinstance(value, int if integer else (int, float)) and not isinstance(value, bool)
+        if not number or not low <= value <= high:
+            raise RefMeshError(f"{flag} is {value}: give a {'whole number' if integer else 'number'} from {low} to {high}")
+
+
+class _KnownChoices:
+    """Refuses unknown choices as soon as the settings of a stage are built, not only in `Settings.from_flat`."""
+
+    def __post_init__(self):
+        for item in fields(self):  # type: ignore[arg-type]  # only dataclasses derive from this
+            if item.metadata["choices"] is not None:
+                _check_value(item, getattr(self, item.name))
+
+
 @dataclass(frozen=True)
-class TrackingSettings:
+class TrackingSettings(_KnownChoices):
     """Volume tracking: centers that follow the inside of the body through the sequence."""
 
     centers: int = option(
@@ -57,7 +83,7 @@ class TrackingSettings:
 
 
 @dataclass(frozen=True)
-class ReferenceSettings:
+class ReferenceSettings(_KnownChoices):
     """One reference mesh for each group of frames."""
 
     group_size: int = option(
@@ -119,7 +145,7 @@ class ReferenceSettings:
 
 
 @dataclass(frozen=True)
-class DeformationSettings:
+class DeformationSettings(_KnownChoices):
     """The reference mesh deformed to every frame of its group."""
 
     keypoint_search: str = option(
@@ -160,7 +186,7 @@ class DeformationSettings:
 
 
 @dataclass(frozen=True)
-class EvaluationSettings:
+class EvaluationSettings(_KnownChoices):
     """Two-sided distance between each source frame and its deformed reference."""
 
     samples: int = option(50_000, "Points sampled on each surface when distances are measured", low=100, high=5_000_000)
@@ -202,25 +228,14 @@ def flat_fields() -> list:
     return [item for stage in fields(Settings) for item in fields(_stage_type(stage))]
 
 
+def choices_of(name: str) -> tuple[str, ...]:
+    """The known values of a setting that chooses between named variants."""
+    return next(tuple(item.metadata["choices"]) for item in flat_fields() if item.name == name)
+
+
 def _stage_type(stage: Field) -> Any:
     """The dataclass of one stage."""
     return type(stage.default)
-
-
-def _check_value(item, value) -> None:
-    choices, low, high = item.metadata["choices"], item.metadata["low"], item.metadata["high"]
-    words = item.name.replace("_", "-")
-    if choices is not None:
-        if value not in choices:
-            raise RefMeshError(f"--{words} is '{value}': choose one of {', '.join(choices)}")
-        return
-    if isinstance(item.default, str):
-        if not isinstance(value, str):
-            raise RefMeshError(f"--{words} is {value}: give a text")
-        return
-    whole = isinstance(item.default, int)
-    if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)) or not low <= value <= high:
-        raise RefMeshError(f"--{words} is {value}: give a {'whole number' if whole else 'number'} from {low} to {high}")
 
 
 EDITS = ("group_starts", "apart")  # what a person noted about one sequence: no preset knows it, so none changes it

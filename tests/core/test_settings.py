@@ -1,12 +1,12 @@
 """Settings go through a flat table and back, and say what they refuse."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.core.settings import PRESETS, Settings, flat_fields
+from refmesh_addon.core.settings import PRESETS, Settings, choices_of, flat_fields
 
 
 def test_flat_table_and_back():
@@ -58,3 +58,15 @@ def test_unknown_names_are_refused_in_one_line():
 def test_settings_cannot_be_changed():
     with pytest.raises(AttributeError):
         Settings().tracking.centers = 5
+
+
+@pytest.mark.parametrize("stage", [stage.default for stage in fields(Settings)], ids=lambda stage: type(stage).__name__)
+def test_unknown_choices_are_refused_without_the_flat_table_too(stage):
+    for item in fields(stage):
+        if item.metadata["choices"]:
+            with pytest.raises(RefMeshError, match=", ".join(item.metadata["choices"])):
+                replace(stage, **{item.name: "nonsense"})
+
+
+def test_the_choices_of_a_setting():
+    assert choices_of("mapping") == ("affinity", "rbf")

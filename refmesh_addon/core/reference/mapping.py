@@ -15,7 +15,9 @@ from scipy.spatial import cKDTree
 from ..geometry.holes import capped
 from ..geometry.mesh import vertex_normals
 from ..geometry.rotations import RigidMotions, closest_rotations, rigid_motions
+from ..settings import choices_of
 from ..types import TriangleMesh
+from ..variants import check_variant
 
 INWARD = 0.35  # depth below the surface, in s, at which a point looks for its own center: inside even a thin limb
 NEIGHBORS = 16  # centers that a point may follow; beyond the second shell they add nothing but cost
@@ -69,10 +71,11 @@ class FrameMap:
     """A mesh bound to (C, 3) centers, carried to any other positions of theirs.
 
     affinity : (C, C) weights of the group, ones on the diagonal.  spacing : s, scene units.
-    mapping : "affinity", or "rbf", the paper's equation (4).
+    mapping : "affinity", or "rbf", the paper's equation (4). Raises ValueError for another one.
     """
 
     def __init__(self, mesh: TriangleMesh, centers: np.ndarray, affinity: sparse.csr_matrix, spacing: float, mapping: str = "affinity"):
+        check_variant("mapping", mapping, choices_of("mapping"))
         self.mesh, self.centers, self.affinity, self.spacing, self.mapping = mesh, centers, affinity, spacing, mapping
         self.binding = bind(mesh, centers, affinity, spacing)
 

@@ -15,7 +15,9 @@ from scipy.spatial.distance import pdist, squareform
 
 from ..geometry.rotations import closest_rotations
 from ..progress import Progress, ignore
+from ..settings import choices_of
 from ..types import FrozenArrays
+from ..variants import check_variant
 
 STRESS_STOP = 1e-5  # relative drop of stress per step at which SMACOF stops
 MOST_STEPS = 300
@@ -42,8 +44,9 @@ def reference_centers(positions: np.ndarray, progress: Progress = ignore, counte
     counted : "plain", all pairs alike, or "near", pairs by the inverse square of their largest distance (Sammon 1969 has the
     inverse). The anchor and the stresses given back are judged by plain stress either way.
     Memory: five (C, C) float64 matrices at a time, 640 MB for 4000 centers; eight, 1 GB, for "near".
-    Raises ValueError for another shape.
+    Raises ValueError for another shape or an unknown way of counting.
     """
+    check_variant("counted", counted, choices_of("stress"))
     if positions.ndim != 3 or positions.shape[2] != 3 or not len(positions):
         raise ValueError(f"positions must be (F, C, 3); got {positions.shape}")
     wanted = largest_distances(positions)

@@ -12,7 +12,9 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from ..geometry.rotations import RigidMotions, rigid_motions
+from ..settings import choices_of
 from ..types import FrozenArrays
+from ..variants import check_variant
 from .lloyd import Cells
 
 # Distances at which an affinity has fallen to one half, in center spacings.
@@ -68,7 +70,9 @@ def updated(affinity: Affinity, centers: np.ndarray, cells: Cells, motions: Rigi
 
     centers : (C, 3) in the new frame.  cells : of the frame before.  motions : of each center from there to the new
     frame.  variant : "max", the worst disagreement ever seen decides, or "iir", old disagreement fades by FADE a frame.
+    Raises ValueError for another variant.
     """
+    check_variant("variant", variant, choices_of("affinity"))
     separation = np.maximum(affinity.separation, _squared_distance(centers, affinity.first, affinity.second) / affinity.spacing**2)
     now = 0.5 ** (disagreement(affinity, cells, motions) / DISAGREEMENT_HALF**2)
     agreement = np.minimum(affinity.agreement, now) if variant == "max" else (1 - FADE) * affinity.agreement + FADE * now

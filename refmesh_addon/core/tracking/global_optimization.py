@@ -19,7 +19,9 @@ from scipy import sparse
 
 from ..geometry.rotations import rigid_motions
 from ..progress import Progress, ignore
+from ..settings import choices_of
 from ..types import FrozenArrays
+from ..variants import check_variant
 from . import lloyd
 from .affinity import Affinity, near_pairs, updated
 from .ownership import Ownership
@@ -85,8 +87,10 @@ def optimize(
     positions : (F, C, 3) float64 tracked centers, scene units.  weights : (C, C) symmetric affinities so far.
     samples_of : the volume of a frame by its row, asked for again in every iteration so that memory stays small.
     spacing : s, scene units.  variant : of the affinity, see `affinity.updated`.
-    Deterministic; the energy never rises. Raises ValueError for shapes that do not fit or a spacing that is not positive.
+    Deterministic; the energy never rises. Raises ValueError for shapes that do not fit, a spacing that is not positive and an
+    unknown variant.
     """
+    check_variant("variant", variant, choices_of("affinity"))
     if positions.ndim != 3 or positions.shape[2] != 3 or not positions.size or not np.isfinite(positions).all():
         raise ValueError(f"positions must be (F, C, 3) finite numbers, at least one; got {positions.shape}")
     if weights.shape != (positions.shape[1],) * 2:

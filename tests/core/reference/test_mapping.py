@@ -198,3 +198,8 @@ def test_bodies_that_part_are_closed_each_by_itself(stack):
     assert vertex_components(closed)[0] == 2
     assert signed_volume(closed) == pytest.approx(signed_volume(stack.mesh), rel=0.1)
     assert frame.closed(stack.mesh) is stack.mesh
+
+
+def test_an_unknown_mapping_is_refused_with_the_known_ones(ring):
+    with pytest.raises(ValueError, match="mapping must be one of 'affinity', 'rbf'; got 'afinity'"):
+        ring.map("afinity")

@@ -174,6 +174,11 @@ def test_other_shapes_are_refused(shape):
         reference_centers(np.zeros(shape))
 
 
+def test_an_unknown_way_of_counting_is_refused_with_the_known_ones():
+    with pytest.raises(ValueError, match="counted must be one of 'plain', 'near'; got 'far'"):
+        reference_centers(random_frames(), counted="far")
+
+
 def test_the_input_is_left_alone():
     frames = random_frames()
     before = frames.copy()

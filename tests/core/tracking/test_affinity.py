@@ -173,3 +173,8 @@ def test_a_group_that_moves_as_one_hangs_together_as_in_one_frame(parting):
     moved_alike = np.stack([positions[0], positions[0] @ TILT.T + 3.0])
     group = group_affinity(moved_alike, 0, sparse.csr_matrix(tracked), spacing)
     assert_allclose(group.values(), near_pairs(positions[0], spacing).values(), rtol=1e-6)
+
+
+def test_an_unknown_variant_is_refused_with_the_known_ones(centers, volume):
+    with pytest.raises(ValueError, match="variant must be one of 'max', 'iir'; got 'irr'"):
+        after_one_frame(centers, volume, centers, "irr")

@@ -232,16 +232,17 @@ def test_coarse_samples_keep_the_mass_and_its_place_and_are_few():
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         ({"positions": np.zeros((2, 3))}, "positions must be"),
         ({"positions": np.zeros((0, 5, 3))}, "positions must be"),
         ({"positions": np.full((2, COUNT, 3), np.nan)}, "finite"),
         ({"weights": sparse.eye(COUNT + 1)}, "weights must be"),
         ({"spacing": 0.0}, "spacing must be"),
+        ({"variant": "irr"}, "variant must be one of 'max', 'iir'; got 'irr'"),
     ],
 )
-def test_input_that_does_not_fit_is_refused(change, words):
+def test_input_that_does_not_fit_is_refused(change, message):
     given = {"positions": shaken(), "weights": sparse.eye(COUNT), "samples_of": samples_of, "spacing": SPACING}
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(ValueError, match=message):
         optimize(**{**given, **change})
