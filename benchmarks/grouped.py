@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from refmesh_addon.core.deformation.deformer import GroupShape, ReferenceDeformer
+from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer
 from refmesh_addon.core.evaluation import metrics
 from refmesh_addon.core.geometry.holes import capped
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
@@ -89,13 +89,12 @@ def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Refe
     mapped = anchor_frame(anchor, take.positions[group.anchor], group, settings)
     tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.bodies, take.positions)]
     aligned = _mapped(workers, align_frame, tasks)
-    kept = [one for one in aligned if one["after"] >= settings.least_overlap]
-    points, normals = (np.concatenate([one[name] for one in kept]) for name in ("points", "normals"))
-    (made,) = _mapped(workers, build_reference, [(points, normals, anchor, take.spacing, budget, settings.poisson_depth)])
-    before, after = ([float(one[name]) for one in aligned] for name in ("before", "after"))
-    targets = [one["targets"] for one in aligned]
-    mesh = TriangleMesh(made["vertices"], made["triangles"])
-    return Reference(mesh, group, targets, settings.mapping, before, after)
+    kept = [one for one in aligned if one.iou_after >= settings.least_overlap]
+    points, normals = (np.concatenate([getattr(one, name) for one in kept]) for name in ("points", "normals"))
+    (built,) = _mapped(workers, build_reference, [(points, normals, anchor, take.spacing, budget, settings.poisson_depth)])
+    before, after = ([getattr(one, name) for one in aligned] for name in ("iou_before", "iou_after"))
+    targets = [one.targets for one in aligned]
+    return Reference(built.mesh, group, targets, settings.mapping, before, after)
 
 
 def frame_as_reference(take: Take, index: int) -> Reference:
@@ -140,8 +139,8 @@ def _carried(take: Take, reference: Reference, target: np.ndarray) -> TriangleMe
 
 
 def _fitted(take: Take, reference: Reference, target: np.ndarray, settings: DeformationSettings) -> TriangleMesh:
-    deformer = ReferenceDeformer(GroupShape("", reference.mesh, reference.centers, settings))
-    return reference.mesh.moved(deformer.to(target, take.meshes[0], take.positions[0])["vertices"])
+    deformer = ReferenceDeformer(GroupReference("", reference.mesh, reference.centers, settings))
+    return reference.mesh.moved(deformer.to(target, take.meshes[0], take.positions[0]).vertices)
 
 
 def _distance(make: Callable, take: Take, reference: Reference, index: int) -> metrics.TwoSidedDistance:

@@ -24,6 +24,21 @@ class FrozenArrays:
                 object.__setattr__(self, field.name, view)
 
 
+class Keyed:
+    """Base of inputs that many calls share: equal `key`, equal content.
+
+    `lru_cache` then builds what depends on such an input once per process, however often it arrives there as another copy.
+    """
+
+    key: str
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and other.key == self.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+
 @dataclass(frozen=True)
 class TriangleMesh(FrozenArrays):
     """A triangle mesh.

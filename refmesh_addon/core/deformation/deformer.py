@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,7 +14,7 @@ from ..geometry.winding import enclosed_by
 from ..reference.group import GroupCenters
 from ..reference.mapping import FrameMap
 from ..settings import DeformationSettings
-from ..types import TriangleMesh
+from ..types import FrozenArrays, Keyed, TriangleMesh
 from .arap import ArapSolver
 from .contact import behind_contact, possible_owners
 from .correspondence import Compatible
@@ -28,11 +29,11 @@ SETTLED = 1e-5  # share of the energy per iteration; the surface then moves by s
 KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
 
 
-@dataclass(frozen=True)
-class GroupShape:
-    """What is to be deformed, and how; equal `key`, equal shape.
+@dataclass(frozen=True, eq=False)
+class GroupReference(Keyed):
+    """What is to be deformed, and how.
 
-    mesh : the reference.  centers : what its frames share.
+    mesh : the reference mesh of a group.  centers : what the frames of the group share.
     """
 
     key: str
@@ -41,24 +42,44 @@ class GroupShape:
     settings: DeformationSettings
 
 
+@dataclass(frozen=True)
+class DeformedFrame(FrozenArrays):
+    """The reference mesh of a group deformed to one of its frames.
+
+    vertices : (R, 3) scene units.  keypoints : (K,) indices of the vertices that were matched.  keypoint_targets : (K, 3) where to.
+    held : (R,) bool, vertices that ARAP alone placed.  hidden : (R,) bool, vertices that lie in a contact.
+    curled : (S,) bool, triangles that face against their surroundings as the source does there.
+    rotation_vectors : (R, 3) how the centers turn the surroundings of each vertex, axis times angle in radians.
+    """
+
+    vertices: np.ndarray
+    keypoints: np.ndarray
+    keypoint_targets: np.ndarray
+    held: np.ndarray
+    hidden: np.ndarray
+    curled: np.ndarray
+    rotation_vectors: np.ndarray
+
+    @property
+    def rotations(self) -> np.ndarray:
+        """(R, 3, 3) rotation matrices of the vertices' surroundings."""
+        return Rotation.from_rotvec(self.rotation_vectors.copy()).as_matrix()  # SciPy wants an array that it might write to
+
+
 class ReferenceDeformer:
     """Built once from a group's reference mesh, asked for each of its frames."""
 
-    def __init__(self, shape: GroupShape):
-        self.key, self._mesh, self._group, self._settings = shape.key, shape.mesh, shape.centers, shape.settings
-        self._solver = ArapSolver(shape.mesh, shape.settings.smoothness)
-        self._length = mean_edge_length(shape.mesh)
-        self._patches = self._patches_at(shape.mesh, self._keypoints_of(shape.mesh))
-        self._akin = (shape.centers.affinity > KIN).toarray()
+    def __init__(self, reference: GroupReference):
+        self._mesh, self._group, self._settings = reference.mesh, reference.centers, reference.settings
+        self._solver = ArapSolver(reference.mesh, reference.settings.smoothness)
+        self._length = mean_edge_length(reference.mesh)
+        self._patches = self._patches_at(reference.mesh, self._keypoints_of(reference.mesh))
+        self._akin = (reference.centers.affinity > KIN).toarray()
 
-    def to(self, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> dict[str, np.ndarray]:
+    def to(self, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> DeformedFrame:
         """The reference mesh in one frame.
 
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
-        Returns `vertices` (R, 3); `keypoints` (K,) and `keypoint_targets` (K, 3), the matched ones; `held` (R,), which
-        vertices ARAP alone placed; `hidden` (R,), which lie in a contact; `curled` (S,), which triangles face against their
-        surroundings as the source does there; `turns` (R, 3), how the centers turn the surroundings of the vertices, as axes times
-        angles in radians.
         """
         carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
         index, turns = SurfaceIndex(mesh), carrier.rotations_to(centers)
@@ -71,15 +92,15 @@ class ReferenceDeformer:
         fitted = fit_surface(self._solver, posed, index, self._settings, compatible, enclosed)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns, index))
         facing = Facing(self._mesh, turns, index)
-        return {
-            "vertices": deformed.vertices,
-            "keypoints": handles,
-            "keypoint_targets": goals,
-            "held": fitted.held,
-            "hidden": behind_contact(deformed, owners, centers, self._akin, enclosed, self._group.spacing),
-            "curled": facing.turned_over(deformed.vertices) & ~facing.folded(deformed.vertices),
-            "turns": Rotation.from_matrix(turns).as_rotvec(),
-        }
+        return DeformedFrame(
+            deformed.vertices,
+            handles,
+            goals,
+            held=fitted.held,
+            hidden=behind_contact(deformed, owners, centers, self._akin, enclosed, self._group.spacing),
+            curled=facing.turned_over(deformed.vertices) & ~facing.folded(deformed.vertices),
+            rotation_vectors=Rotation.from_matrix(turns).as_rotvec(),
+        )
 
     def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:
         return find_keypoints(mesh, self._length)
@@ -106,11 +127,11 @@ class ReferenceDeformer:
         return lambda vertices, triangles: self._akin[own[vertices, None], others[triangles]].any(axis=1)
 
 
-_latest: list[ReferenceDeformer] = []  # of this process: frames come group by group, and one group fits any memory
-
-
-def deform_reference(shape: GroupShape, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> dict[str, np.ndarray]:
+def deform_reference(reference: GroupReference, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> DeformedFrame:
     """`ReferenceDeformer.to`, built anew only where the last call in this process was for another group."""
-    if not _latest or _latest[0].key != shape.key:
-        _latest[:] = [ReferenceDeformer(shape)]
-    return _latest[0].to(targets, mesh, centers)
+    return _deformer(reference).to(targets, mesh, centers)
+
+
+@lru_cache(maxsize=1)  # frames come group by group, and what is built for one group fits any memory
+def _deformer(reference: GroupReference) -> ReferenceDeformer:
+    return ReferenceDeformer(reference)

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import sample_surface, triangle_normals
-from ..types import TriangleMesh
+from ..types import FrozenArrays, TriangleMesh
 from .visibility import unseen
 
 PSNR_CEILING = 999.99  # dB, stands for "no difference": JSON has no infinity
@@ -39,6 +39,17 @@ class TwoSidedDistance:
     unseen: float
     d1_psnr: float
     d2_psnr: float
+
+
+@dataclass(frozen=True)
+class MeasuredFrame(FrozenArrays):
+    """How far a deformed mesh is from its source.
+
+    distances : two-sided.  errors : (R,) of each deformed vertex, shares of the source's bounding-box diagonal.
+    """
+
+    distances: TwoSidedDistance
+    errors: np.ndarray
 
 
 def surface_distance(source: TriangleMesh, deformed: TriangleMesh, samples: int, rng: np.random.Generator) -> TwoSidedDistance:
@@ -111,7 +122,7 @@ def iou(a: np.ndarray, b: np.ndarray) -> float:
     return np.count_nonzero(a & b) / joint if joint else 1.0
 
 
-def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> tuple[TwoSidedDistance, np.ndarray]:
-    """Two-sided distance, and the (R,) error of each deformed vertex, all as shares of the source's diagonal."""
+def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> MeasuredFrame:
+    """Two-sided distance and the error of each deformed vertex."""
     errors = per_vertex_error(deformed, SurfaceIndex(source)) / source.diagonal
-    return surface_distance(source, deformed, samples, np.random.default_rng(0)), errors
+    return MeasuredFrame(surface_distance(source, deformed, samples, np.random.default_rng(0)), errors)

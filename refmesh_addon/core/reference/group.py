@@ -1,4 +1,4 @@
-"""One short function per arrow of the pipeline: arrays in, arrays out, so that any process can run it."""
+"""From tracked centers to the reference mesh of a group of frames: one short function per arrow, which any process can run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..settings import ReferenceSettings
 from ..surfacing.reconstruction import reconstruction_depth, screened_poisson
 from ..surfacing.remeshing import remeshed
 from ..tracking.affinity import group_affinity
-from ..types import TriangleMesh
+from ..types import FrozenArrays, TriangleMesh
 from .alignment import AnchorFrame, align
 from .budget import oriented_points, supported
 from .mapping import FrameMap
@@ -22,10 +22,11 @@ from .separation import bodies_of, set_apart, within_bodies
 
 
 @dataclass(frozen=True)
-class GroupCenters:
+class GroupCenters(FrozenArrays):
     """What all frames of a group share: centers in reference positions and how they hang together.
 
-    positions : (C, 3) reference centers.  affinity : (C, C) weights within the group.  spacing : s.  anchor : index in the group.
+    positions : (C, 3) reference centers.  affinity : (C, C) weights within the group.  spacing : s, scene units.
+    anchor : index of the anchor frame in the group.  stress : of the reference centers, as `reference_centers` gives it.
     """
 
     positions: np.ndarray
@@ -33,6 +34,29 @@ class GroupCenters:
     spacing: float
     anchor: int
     stress: float
+
+
+@dataclass(frozen=True)
+class AlignedFrame(FrozenArrays):
+    """A frame carried to the reference positions.
+
+    targets : (C, 3) the frame's own reference centers.  points, normals : (P, 3) oriented points on its surface.
+    iou_before, iou_after : overlap with the anchor frame, before and after alignment, 0 to 1.
+    """
+
+    targets: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    iou_before: float
+    iou_after: float
+
+
+@dataclass(frozen=True)
+class ReferenceMesh:
+    """The reference mesh of a group.  self_intersections : triangles that cross another one."""
+
+    mesh: TriangleMesh
+    self_intersections: int
 
 
 def place_centers(
@@ -71,30 +95,23 @@ def anchor_frame(mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, s
 
 def align_frame(
     mesh: TriangleMesh, centers: np.ndarray, anchor: AnchorFrame, group: GroupCenters, settings: ReferenceSettings, count: int
-) -> dict[str, np.ndarray | np.generic]:
+) -> AlignedFrame:
     """A frame carried to the reference positions and aligned with the anchor frame.
 
     mesh : the frame's, closed.  centers : (C, 3) tracked centers in that frame, scene units.  anchor : from `anchor_frame`.
-    count : oriented points to sample. Returns its own reference centers `targets` (C, 3), `points` and `normals`
-    (count, 3), and the IoU with the anchor frame `before` and `after`.
+    count : oriented points to sample.
     """
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
     points, normals = oriented_points(aligned.mesh, frame.whole(aligned.mesh), count, np.random.default_rng(0))
-    return {
-        "targets": aligned.targets,
-        "points": points,
-        "normals": normals,
-        "before": np.float64(aligned.before),
-        "after": np.float64(aligned.after),
-    }
+    return AlignedFrame(aligned.targets, points, normals, aligned.before, aligned.after)
 
 
 def build_reference(
     points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int
-) -> dict[str, np.ndarray | np.generic]:
+) -> ReferenceMesh:
     """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
     depth = depth or reconstruction_depth(anchor_mesh, triangles)
     surface = supported(screened_poisson(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)
-    return {"vertices": mesh.vertices, "triangles": mesh.triangles, "self_intersections": np.int64(crossing_triangles(mesh).sum())}
+    return ReferenceMesh(mesh, int(crossing_triangles(mesh).sum()))

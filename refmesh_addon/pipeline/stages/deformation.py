@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ...core.deformation.deformer import GroupShape, deform_reference
+from ...core.arrays import from_arrays, to_arrays
+from ...core.deformation.deformer import DeformedFrame, GroupReference, deform_reference
 from ...core.deformation.folds import Facing, approached
 from ...core.deformation.temporal_smoothing import steadied
 from ...core.errors import RefMeshError
@@ -17,12 +17,12 @@ from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
 from ...io.report import FrameReport
 from ...io.sequence import held_frames
-from ..session.cache import KEY_LENGTH, Arrays, digest
+from ..session.cache import KEY_LENGTH, digest
 from ..session.context import Context
 from .reference import Group
 from .tracking_result import Tracked
 
-DEFORMATION_SCHEMA = 7
+DEFORMATION_SCHEMA = 8
 FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
 
 
@@ -43,11 +43,11 @@ def deform(context: Context, tracked: Tracked, groups: list[Group]) -> Deformed:
     keys = {group.index: digest(DEFORMATION_SCHEMA, group.key, asdict(settings)) for group in groups}
     jobs = [(group, frame) for group in groups for frame in group.targets]
     waiting = [(group, frame) for group, frame in jobs if context.cache.load(_entry(context, group, frame), keys[group.index]) is None]
-    shapes = {group.index: GroupShape(keys[group.index], group.mesh, group.centers, settings) for group in groups}
+    shapes = {group.index: GroupReference(keys[group.index], group.mesh, group.centers, settings) for group in groups}
     tasks = (_task(context, tracked, shapes[group.index], group, frame) for group, frame in waiting)
     for count, (index, result) in enumerate(context.workers.map(deform_reference, tasks, lambda: context.notify("deformation", None, 0.0))):
         group, frame = waiting[index]
-        context.cache.save(_entry(context, group, frame), keys[group.index], result)
+        context.cache.save(_entry(context, group, frame), keys[group.index], to_arrays(result))
         context.notify("deformation", context.numbers[frame], (len(jobs) - len(waiting) + count + 1) / len(jobs))
     deformed, velocities, handovers = {}, {}, {}
     for group in groups:
@@ -62,7 +62,7 @@ def deform(context: Context, tracked: Tracked, groups: list[Group]) -> Deformed:
     return Deformed(deformed, velocities, handovers)
 
 
-def _task(context: Context, tracked: Tracked, shape: GroupShape, group: Group, frame: int) -> tuple:
+def _task(context: Context, tracked: Tracked, shape: GroupReference, group: Group, frame: int) -> tuple:
     return shape, group.targets[frame], context.frames.surface(frame), tracked.seen((group.frames[0], frame))[1]
 
 
@@ -73,8 +73,8 @@ def _entry(context: Context, group: Group, frame: int) -> str:
 def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, TriangleMesh], dict[int, np.ndarray]]:
     """The group's frames and its hand-over, steadied, and their velocities; the frames are written and reported."""
     entries = {frame: _read_again(context, group, frame, key) for frame in group.targets}
-    vertices, times = np.stack([entry["vertices"] for entry in entries.values()]), np.array([context.numbers[frame] for frame in entries])
-    facings = [Facing(group.mesh, Rotation.from_rotvec(entry["turns"]).as_matrix()) for entry in entries.values()]
+    vertices, times = np.stack([entry.vertices for entry in entries.values()]), np.array([context.numbers[frame] for frame in entries])
+    facings = [Facing(group.mesh, entry.rotations) for entry in entries.values()]
     steady = steadied(group.mesh, vertices, times, context.settings.deformation.steady_frames)
     placed = np.stack([approached(*moves) for moves in zip(facings, vertices, steady, strict=True)])
     meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
@@ -83,19 +83,19 @@ def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, Trian
     output_folder(context.output / "deformed")
     for frame, facing in zip(group.frames, facings, strict=False):
         entry = entries[frame]
-        flipped = facing.folded(meshes[frame].vertices) & ~entry["curled"]
-        report = _reported(context, group, frame, (flipped, entry["held"], entry["hidden"]))
+        flipped = facing.folded(meshes[frame].vertices) & ~entry.curled
+        report = _reported(context, group, frame, (flipped, entry.held, entry.hidden))
         write_ply(context.output / report.deformed, meshes[frame], velocities=velocities[frame])
     return meshes, velocities
 
 
-def _read_again(context: Context, group: Group, frame: int, key: str) -> Arrays:
+def _read_again(context: Context, group: Group, frame: int, key: str) -> DeformedFrame:
     """What was made of a frame; from the disk, so that a long take does not fill the memory."""
     entry = _entry(context, group, frame)
     found = context.cache.load(entry, key)
     if found is None:
         raise RefMeshError(f"{context.cache.path(entry, key)}: cannot be read again; run the job once more")
-    return found
+    return from_arrays(DeformedFrame, found)
 
 
 def _reported(context: Context, group: Group, frame: int, flags: tuple[np.ndarray, np.ndarray, np.ndarray]) -> FrameReport:

@@ -5,25 +5,28 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from scipy import sparse
 
+from ...core.arrays import from_arrays, to_arrays
 from ...core.geometry.mesh import is_watertight, vertex_components
 from ...core.reference.budget import points_per_frame, triangle_budget
-from ...core.reference.group import GroupCenters, align_frame, anchor_frame, build_reference, place_centers
+from ...core.reference.group import AlignedFrame, GroupCenters, ReferenceMesh, align_frame, anchor_frame, build_reference, place_centers
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.ply import write_ply
 from ...io.report import GroupReport
-from ..session.cache import Arrays, digest
+from ..session.cache import digest
 from ..session.context import Context
 from .groups import group_spans
 from .marked_bodies import bodies_apart, joined_bodies
 from .tracking_result import Tracked, write_centers
 
-REFERENCE_SCHEMA = 7
+REFERENCE_SCHEMA = 8
 ALIGNED_SHARE = 0.7  # of the stage's time, roughly
 # Settings that a group's mesh depends on through its frames, and through the bodies that the centers belong to, only.
 INDIRECT = ("group_size", "longest_group", "group_starts", "apart")
+
+
+Aligned = dict[tuple[int, int], AlignedFrame]  # by index of group and index of frame
 
 
 @dataclass(frozen=True)
@@ -70,10 +73,9 @@ def refer(context: Context, tracked: Tracked) -> list[Group]:
     meshes = _built(context, spans, centers, aligned)
     groups = []
     for span, placed, made in zip(spans, centers, meshes, strict=True):
-        targets = {frame: aligned[span.index, frame]["targets"] for frame in span.reached}
-        mesh = TriangleMesh(made["vertices"], made["triangles"])
-        groups.append(Group(span.index, span.frames, span.handover, placed, targets, mesh, span.key))
-        _write(context, groups[-1], aligned, int(made["self_intersections"]))
+        targets = {frame: aligned[span.index, frame].targets for frame in span.reached}
+        groups.append(Group(span.index, span.frames, span.handover, placed, targets, made.mesh, span.key))
+        _write(context, groups[-1], aligned, made.self_intersections)
         _warn_of_joined(context, groups[-1], bodies)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
     _write_centers(context, tracked, groups, bodies)
@@ -97,26 +99,21 @@ def _placed(context: Context, tracked: Tracked, span: _Span, bodies: np.ndarray 
 
     def make() -> dict[str, np.ndarray]:
         settings = context.settings.reference
-        placed = place_centers(tracked.seen(span.frames), part.affinity, part.spacing, settings, alive, bodies)
-        pairs = placed.affinity.tocoo()
-        figures = {"anchor": np.int64(placed.anchor), "stress": np.float64(placed.stress)}
-        return {"positions": placed.positions, "row": pairs.row, "column": pairs.col, "value": pairs.data, **figures}
+        return to_arrays(place_centers(tracked.seen(span.frames), part.affinity, part.spacing, settings, alive, bodies))
 
-    made = context.cache.load_or_make(f"reference/centers_{span.index:03d}", span.key, make)
-    affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (len(made["positions"]),) * 2)
-    return GroupCenters(made["positions"], affinity, part.spacing, int(made["anchor"]), float(made["stress"]))
+    return from_arrays(GroupCenters, context.cache.load_or_make(f"reference/centers_{span.index:03d}", span.key, make))
 
 
-def _aligned(context: Context, tracked: Tracked, spans: list[_Span], centers: list[GroupCenters]) -> dict[tuple[int, int], Arrays]:
+def _aligned(context: Context, tracked: Tracked, spans: list[_Span], centers: list[GroupCenters]) -> Aligned:
     """(index of group, index of frame) -> aligned points, for all frames of all groups and the hand-overs."""
     jobs = [(span, frame) for span in spans for frame in span.reached]
-    done = {(span.index, frame): context.cache.load(_aligned_entry(context, span, frame), span.key) for span, frame in jobs}
+    done = {(span.index, frame): _loaded(context, AlignedFrame, _aligned_entry(context, span, frame), span.key) for span, frame in jobs}
     waiting = [(span, frame) for span, frame in jobs if done[span.index, frame] is None]
     tasks = (_alignment_task(context, tracked, span, frame, centers[span.index]) for span, frame in waiting)
     for count, (index, result) in enumerate(context.workers.map(_align_to_anchor, tasks, lambda: context.notify("reference", None, 0.0))):
         span, frame = waiting[index]
         done[span.index, frame] = result
-        context.cache.save(_aligned_entry(context, span, frame), span.key, result)
+        context.cache.save(_aligned_entry(context, span, frame), span.key, to_arrays(result))
         context.notify("reference", context.numbers[frame], ALIGNED_SHARE * (len(jobs) - len(waiting) + count + 1) / len(jobs))
     return done
 
@@ -128,14 +125,14 @@ def _alignment_task(context: Context, tracked: Tracked, span: _Span, frame: int,
     return context.frames.body(frame), centers, context.frames.body(anchor), anchor_centers, group, context.settings.reference, count
 
 
-def _align_to_anchor(mesh, centers, anchor_mesh, anchor_centers, group, settings, count: int) -> Arrays:
+def _align_to_anchor(mesh, centers, anchor_mesh, anchor_centers, group, settings, count: int) -> AlignedFrame:
     anchor = anchor_frame(anchor_mesh, anchor_centers, group, settings)
     return align_frame(mesh, centers, anchor, group, settings, count)
 
 
-def _built(context: Context, spans: list[_Span], centers: list[GroupCenters], aligned: dict[tuple[int, int], Arrays]) -> list[Arrays]:
+def _built(context: Context, spans: list[_Span], centers: list[GroupCenters], aligned: Aligned) -> list[ReferenceMesh]:
     """The mesh of each group."""
-    done = [context.cache.load(f"reference/mesh_{span.index:03d}", span.key) for span in spans]
+    done = [_loaded(context, ReferenceMesh, f"reference/mesh_{span.index:03d}", span.key) for span in spans]
     waiting = [index for index, found in enumerate(done) if found is None]
     tasks = (_building_task(context, spans[index], centers[index], aligned) for index in waiting)
     for count, (task, result) in enumerate(
@@ -143,21 +140,26 @@ def _built(context: Context, spans: list[_Span], centers: list[GroupCenters], al
     ):
         index = waiting[task]
         done[index] = result
-        context.cache.save(f"reference/mesh_{index:03d}", spans[index].key, result)
+        context.cache.save(f"reference/mesh_{index:03d}", spans[index].key, to_arrays(result))
         context.notify("reference", None, ALIGNED_SHARE + (1 - ALIGNED_SHARE) * (len(spans) - len(waiting) + count + 1) / len(spans))
     return done
 
 
-def _building_task(context: Context, span: _Span, group: GroupCenters, aligned: dict[tuple[int, int], Arrays]) -> tuple:
+def _building_task(context: Context, span: _Span, group: GroupCenters, aligned: Aligned) -> tuple:
     kept = [frame for frame in span.frames if not _left_out(context, aligned[span.index, frame])]
-    points, normals = (np.concatenate([aligned[span.index, frame][name] for frame in kept]) for name in ("points", "normals"))
+    points, normals = (np.concatenate([getattr(aligned[span.index, frame], name) for frame in kept]) for name in ("points", "normals"))
     anchor = context.frames.body(span.frames[group.anchor])
     return points, normals, anchor, group.spacing, _budget(context, span.frames), context.settings.reference.poisson_depth
 
 
-def _left_out(context: Context, aligned: Arrays) -> bool:
+def _left_out(context: Context, aligned: AlignedFrame) -> bool:
     """Whether a frame lies too far from the anchor frame to count for the surface; the anchor itself never does."""
-    return float(aligned["after"]) < context.settings.reference.least_overlap
+    return aligned.iou_after < context.settings.reference.least_overlap
+
+
+def _loaded(context: Context, kind: type, entry: str, key: str):
+    arrays = context.cache.load(entry, key)
+    return None if arrays is None else from_arrays(kind, arrays)
 
 
 def _aligned_entry(context: Context, span: _Span, frame: int) -> str:
@@ -168,9 +170,9 @@ def _budget(context: Context, span: tuple[int, ...]) -> int:
     return triangle_budget(context.settings.reference.triangles, [context.frames.counts[frame] for frame in span])
 
 
-def _write(context: Context, group: Group, aligned: dict[tuple[int, int], Arrays], self_intersections: int) -> None:
+def _write(context: Context, group: Group, aligned: Aligned, self_intersections: int) -> None:
     numbers = tuple(context.numbers[frame] for frame in group.frames)
-    before, after = ([float(aligned[group.index, frame][name]) for frame in group.frames] for name in ("before", "after"))
+    before, after = ([getattr(aligned[group.index, frame], name) for frame in group.frames] for name in ("iou_before", "iou_after"))
     left_out = tuple(context.numbers[frame] for frame in group.frames if _left_out(context, aligned[group.index, frame]))
     for number in left_out:
         overlap = f"overlaps its group's anchor frame by only {after[numbers.index(number)]:.2f} (IoU)"

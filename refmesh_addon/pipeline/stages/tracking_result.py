@@ -100,9 +100,7 @@ def write_tracked(context: Context, tracked: Tracked) -> None:
     _write_playback(context, tracked.positions, digest(*(part.key for part in tracked.parts)))
 
 
-def write_centers(
-    context: Context, tracked: Tracked, reference_centers: dict[str, np.ndarray], bodies: np.ndarray | None = None
-) -> None:
+def write_centers(context: Context, tracked: Tracked, reference_centers: dict[str, np.ndarray], bodies: np.ndarray | None = None) -> None:
     """centers.npz: positions, the figures by which a person looks at them, and the arrays of the groups where they are known.
 
     bodies : (C,) that must be apart, or None.

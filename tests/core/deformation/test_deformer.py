@@ -1,12 +1,12 @@
-"""One frame of the deformation stage, with and without what the paper leaves out."""
+"""The reference mesh in one frame, with and without what the paper leaves out."""
 
 import numpy as np
 import pytest
 import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.deformation.deformer import GroupShape, ReferenceDeformer, deform_reference
+from refmesh_addon.core.arrays import to_arrays
+from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer, deform_reference
 from refmesh_addon.core.deformation.folds import folded_triangles
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.reference.group import GroupCenters
@@ -49,53 +49,52 @@ def scene():
 
 def deformed(scene, settings):
     reference, targets, mesh, centers, group = scene
-    return ReferenceDeformer(GroupShape("", reference, group, settings)).to(targets, mesh, centers)
+    return ReferenceDeformer(GroupReference("", reference, group, settings)).to(targets, mesh, centers)
 
 
 def test_the_fit_lies_on_the_source(scene):
     mesh = scene[2]
     found = deformed(scene, SETTINGS)
-    assert found["vertices"].shape == scene[0].vertices.shape
-    assert SurfaceIndex(mesh).query(found["vertices"]).distances.mean() < 0.002 * mesh.diagonal
-    assert np.mean(found["held"]) < 0.2
-    turns = Rotation.from_rotvec(found["turns"]).as_matrix()
-    assert not folded_triangles(scene[0].moved(found["vertices"]), scene[0], turns).any()
-    assert not found["hidden"].any()
+    assert found.vertices.shape == scene[0].vertices.shape
+    assert SurfaceIndex(mesh).query(found.vertices).distances.mean() < 0.002 * mesh.diagonal
+    assert np.mean(found.held) < 0.2
+    assert not folded_triangles(scene[0].moved(found.vertices), scene[0], found.rotations).any()
+    assert not found.hidden.any()
 
 
 def test_no_rounds_stop_after_the_key_points(scene):
     found = deformed(scene, DeformationSettings(fit_rounds=0))
-    assert found["held"].all()
+    assert found.held.all()
     mesh = scene[2]
-    distances = [SurfaceIndex(mesh).query(result["vertices"]).distances.mean() for result in (found, deformed(scene, SETTINGS))]
+    distances = [SurfaceIndex(mesh).query(result.vertices).distances.mean() for result in (found, deformed(scene, SETTINGS))]
     assert distances[1] < distances[0]
 
 
 def test_key_points_are_vertices_that_go_to_vertices_of_the_frame(scene):
     found, (reference, _, mesh, _, _) = deformed(scene, SETTINGS), scene
-    assert len(found["keypoints"]) == len(found["keypoint_targets"])
-    assert (found["keypoints"] < len(reference.vertices)).all()
-    for target in found["keypoint_targets"]:
+    assert len(found.keypoints) == len(found.keypoint_targets)
+    assert (found.keypoints < len(reference.vertices)).all()
+    for target in found.keypoint_targets:
         assert (mesh.vertices == target).all(axis=1).any()
 
 
 def test_the_same_input_gives_the_same_bytes(scene):
     first, again = deformed(scene, SETTINGS), deformed(scene, SETTINGS)
-    for name in first:
-        assert_array_equal(first[name], again[name])
+    for name, values in to_arrays(first).items():
+        assert_array_equal(values, getattr(again, name))
 
 
 def test_what_was_asked_before_does_not_matter(scene):
     """One process builds a reference once and is asked for any of its frames, or for those of other groups, in any order."""
     reference, targets, mesh, centers, group = scene
-    shapes = [GroupShape(key, reference, group, DeformationSettings(fit_rounds=rounds)) for key, rounds in (("a", 2), ("b", 0))]
+    references = [GroupReference(key, reference, group, DeformationSettings(fit_rounds=rounds)) for key, rounds in (("a", 2), ("b", 0))]
     frames = [(targets, mesh, centers), (targets, reference, targets)]
-    expected = [ReferenceDeformer(shapes[0]).to(*frame) for frame in frames]
-    deform_reference(shapes[1], *frames[0])
+    expected = [ReferenceDeformer(references[0]).to(*frame) for frame in frames]
+    deform_reference(references[1], *frames[0])
     for index in (1, 0, 1):
-        found = deform_reference(shapes[0], *frames[index])
-        for name, values in expected[index].items():
-            assert_array_equal(found[name], values)
+        found = deform_reference(references[0], *frames[index])
+        for name, values in to_arrays(expected[index]).items():
+            assert_array_equal(getattr(found, name), values)
 
 
 @pytest.mark.parametrize("scale", [2.0**-10, 10.0])
@@ -103,14 +102,14 @@ def test_scaling_everything_scales_the_result(scene, scale):
     reference, targets, mesh, centers, group = scene
     larger = GroupCenters(scale * group.positions, group.affinity, scale * group.spacing, 0, 0.0)
     scaled = (reference.moved(scale * reference.vertices), scale * targets, mesh.moved(scale * mesh.vertices), scale * centers, larger)
-    assert_allclose(deformed(scaled, SETTINGS)["vertices"], scale * deformed(scene, SETTINGS)["vertices"], atol=1e-6 * scale)
+    assert_allclose(deformed(scaled, SETTINGS).vertices, scale * deformed(scene, SETTINGS).vertices, atol=1e-6 * scale)
 
 
 def test_key_points_never_lead_astray(scene):
     """Tracking knows where each point goes; what the key points add must not take it elsewhere."""
     reference, targets, mesh, centers, group = scene
     start = FrameMap(reference, targets, group.affinity, group.spacing).to(centers).vertices
-    posed, fitted = (deformed(scene, DeformationSettings(fit_rounds=rounds))["vertices"] for rounds in (0, 4))
+    posed, fitted = (deformed(scene, DeformationSettings(fit_rounds=rounds)).vertices for rounds in (0, 4))
     source = SurfaceIndex(mesh)
     assert source.query(posed).distances.mean() <= 1.5 * source.query(start).distances.mean()
     errors = [np.linalg.norm(vertices - bent(reference.vertices), axis=1).mean() for vertices in (start, posed, fitted)]
