@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..findings import FIGURES
-from .global_optimization import irregularity
+from .irregularity import irregularity
 from .neighbours import lasting_pairs, neighbours
 
 

@@ -9,7 +9,8 @@ from scipy import sparse
 
 from ...core.geometry.rotations import rigid_motions
 from ...core.tracking import lloyd
-from ...core.tracking.global_optimization import coarse_samples, optimize
+from ...core.tracking.coarse_samples import coarse_samples
+from ...core.tracking.global_optimization import optimize
 from ...core.tracking.ownership import Ownership
 from ...core.tracking.volume import VolumeSamples
 from ..session.cache import Arrays, digest
