@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.holes import capped
-from ..geometry.mesh import component_volumes, triangle_areas, vertex_components
+from ..geometry.mesh import component_volumes, submesh, triangle_areas, vertex_components
 from ..types import TriangleMesh
 
 LARGEST_VOLUME = 2.5e-4  # share of what a frame encloses: a quarter of what one of 1000 centers stands for
@@ -27,6 +27,4 @@ def without_specks(mesh: TriangleMesh) -> TriangleMesh:
     speck = (volume < LARGEST_VOLUME * volume.sum()) & (area < LARGEST_AREA * area.sum())
     if not speck.any() or area[speck].sum() > MOST_AREA * area.sum():
         return mesh
-    kept = ~speck[label]
-    number = np.cumsum(kept) - 1
-    return TriangleMesh(mesh.vertices[kept], number[mesh.triangles[~speck[owner]]])
+    return submesh(mesh, ~speck[owner])[0]

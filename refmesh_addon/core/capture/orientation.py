@@ -6,8 +6,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ..geometry.half_edges import HalfEdges
 from ..geometry.holes import capped
-from ..geometry.mesh import triangle_areas, vertex_components
+from ..geometry.mesh import component_volumes, triangle_areas, vertex_components
 from ..types import TriangleMesh
 
 
@@ -17,13 +18,9 @@ def patches_turned(mesh: TriangleMesh) -> np.ndarray:
     Every triangle stands for two nodes, itself and itself turned; an edge of two triangles links the nodes that agree.
     Edges of three or more triangles link nothing, and a surface with one side only is left alone.
     """
-    count = len(mesh.triangles)
-    directed = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
-    low, high = directed.min(axis=1), directed.max(axis=1)
-    _, edge, shared = np.unique(low * len(mesh.vertices) + high, return_inverse=True, return_counts=True)
-    order = np.argsort(edge, kind="stable")
-    first, second = order[shared[edge[order]] == 2].reshape(-1, 2).T
-    against = directed[first, 0] == directed[second, 0]  # both run along the edge in one direction
+    count, table = len(mesh.triangles), HalfEdges.of(mesh)
+    first, second = table.pairs.T
+    against = table.start[first] == table.start[second]  # both run along the edge in one direction
     one, other = first // 3, second // 3
     links = np.concatenate([np.stack([one, other + count * against]), np.stack([one + count, other + count * ~against])], axis=1)
     _, side = csgraph.connected_components(sparse.coo_matrix((np.ones(links.shape[1]), tuple(links)), (2 * count,) * 2), directed=False)
@@ -35,13 +32,10 @@ def patches_turned(mesh: TriangleMesh) -> np.ndarray:
 def bodies_turned(mesh: TriangleMesh) -> np.ndarray:
     """(T,) bool, triangles of the pieces that are inside out; one within the box of another may be its hollow and stays."""
     count, label = vertex_components(mesh)
-    body = capped(mesh)
-    a, b, c = (body.vertices - mesh.vertices.mean(axis=0))[body.triangles].transpose(1, 0, 2)
-    volumes = np.bincount(label[body.triangles[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)), count)
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, label, mesh.vertices)
     np.maximum.at(high, label, mesh.vertices)
-    inside_out = volumes < 0
+    inside_out = component_volumes(capped(mesh), label) < 0  # the first corner of a cap is a vertex of the rim
     for k in np.flatnonzero(inside_out):
         inside_out[k] = not ((low < low[k]).all(axis=1) & (high > high[k]).all(axis=1)).any()
     return inside_out[label[mesh.triangles[:, 0]]]

@@ -25,7 +25,8 @@ from scipy import sparse
 
 from ..geometry.cotangent import cotangent_weights, spokes, triangle_adjacency
 from ..geometry.factor import factored
-from ..geometry.mesh import TINY, triangle_areas, triangles_at, vertex_components
+from ..geometry.mesh import submesh, triangle_areas, triangles_at, vertex_components
+from ..geometry.vectors import TINY
 from ..types import FrozenArrays, TriangleMesh
 from .smooth_rotations import SmoothRotations
 
@@ -111,9 +112,7 @@ class ArapSolver:
 
         The balance of the two terms of the energy stays that of the whole.
         """
-        triangles = self.mesh.triangles[triangles_at(self.mesh, chosen)]
-        kept, compact = np.unique(triangles, return_inverse=True)
-        mesh = TriangleMesh(self.mesh.vertices[kept], compact.reshape(-1, 3))
+        mesh, kept = submesh(self.mesh, triangles_at(self.mesh, chosen))
         return kept, ArapSolver(mesh, self.smoothness * self.area / max(float(triangle_areas(mesh).sum()), float(TINY)))
 
     def rest_operators(self, rest: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix, float]:

@@ -14,7 +14,8 @@ from scipy import sparse
 
 from ..geometry.borders import barycentric, border_edges, on_border
 from ..geometry.closest_point import Allowed, ClosestPoints, SurfaceIndex
-from ..geometry.mesh import normalized, triangle_normals
+from ..geometry.mesh import triangle_normals
+from ..geometry.vectors import normalized
 from ..geometry.winding import Enclosed, enclosed_by
 from ..types import FrozenArrays, TriangleMesh
 from .surface_samples import SurfaceSampler, SurfaceSamples

@@ -12,7 +12,8 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from ..geometry.mesh import TINY, vertex_areas
+from ..geometry.mesh import vertex_areas
+from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 
 BLOCK_PAIRS = 1 << 21  # neighbour pairs held at once: bounds the memory to some 100 MB

@@ -7,7 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy import sparse
 
-from ..geometry.mesh import area_vectors, distinct, normalized
+from ..geometry.mesh import area_vectors, distinct
+from ..geometry.vectors import normalized
 from ..types import FrozenArrays, TriangleMesh
 
 

@@ -13,8 +13,10 @@ from scipy import sparse
 
 from ..geometry.cotangent import cotangent_weights
 from ..geometry.factor import factored
-from ..geometry.mesh import TINY, edges, triangle_areas, vertex_areas
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import triangle_areas, vertex_areas
 from ..geometry.tangents import along_surface
+from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 
 DEGREE = 2
@@ -34,7 +36,7 @@ def steadied(mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames
         return vertices
     missed = np.tensordot(_parabolas(times, frames) - np.eye(len(vertices)), vertices, axes=1)
     missed -= _shared(mesh, missed)
-    ends = edges(mesh).T
+    ends = HalfEdges.of(mesh).edges.T
     return np.stack([positions + _leashed(mesh.moved(positions), move, ends) for positions, move in zip(vertices, missed)])
 
 

@@ -23,7 +23,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from ..types import FrozenArrays, TriangleMesh
-from .ragged import numbered
+from .ragged import ragged_indices
 
 FIRST = 8  # spheres fetched for every query, which settle most of them
 MORE = 4  # times as many corners for the rest, and again times as many in each further round
@@ -135,7 +135,7 @@ class _Search:
         rows, columns = np.nonzero(distance**2 <= self._reach(queries)[:, None])
         corner = corner[rows, columns]
         around = corners.starts[corner + 1] - corners.starts[corner]
-        which, place = numbered(around)
+        which, place = ragged_indices(around)
         self._improve(queries[rows[which]], corners.around[corners.starts[corner[which]] + place])
         return queries[distance[:, -1] ** 2 <= self._reach(queries)]
 

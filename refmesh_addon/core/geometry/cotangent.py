@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from ..types import TriangleMesh
-from .mesh import TINY
+from .vectors import TINY, row_dot
 
 # A corner below about 3 degrees (or above 177) counts as one of 3 degrees: a needle's cotangent is otherwise unbounded.
 CORNER_LIMIT = 20.0
@@ -28,7 +28,7 @@ def cotangent_weights(mesh: TriangleMesh) -> sparse.csr_matrix:
         tip, left, right = positions[:, k], positions[:, k - 2], positions[:, k - 1]
         u, v = left - tip, right - tip
         sine = np.linalg.norm(np.cross(u, v), axis=1)
-        cotangent = np.einsum("ij,ij->i", u, v) / np.maximum(sine, TINY)
+        cotangent = row_dot(u, v) / np.maximum(sine, TINY)
         weights.append(0.5 * np.clip(cotangent, -CORNER_LIMIT, CORNER_LIMIT))
         rows.append(corners[:, k - 2])
         columns.append(corners[:, k - 1])

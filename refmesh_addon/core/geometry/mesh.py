@@ -1,4 +1,4 @@
-"""Plain triangle-mesh geometry: areas, normals, merging, components, sampling."""
+"""Areas, normals, volumes, components, merging and sampling of triangle meshes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..types import TriangleMesh
-
-TINY = np.finfo(np.float64).tiny  # keeps 0 / 0 away from degenerate triangles without moving any other value
+from .half_edges import HalfEdges
+from .vectors import TINY, normalized, row_dot
 
 
 def area_vectors(mesh: TriangleMesh) -> np.ndarray:
@@ -28,11 +28,6 @@ def triangles_at(mesh: TriangleMesh, chosen: np.ndarray) -> np.ndarray:
 def triangle_areas(mesh: TriangleMesh) -> np.ndarray:
     """(T,) scene units squared."""
     return np.linalg.norm(area_vectors(mesh), axis=1)
-
-
-def normalized(vectors: np.ndarray) -> np.ndarray:
-    """Rows of (N, 3) scaled to length one; zero rows stay zero."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), TINY)
 
 
 def triangle_normals(mesh: TriangleMesh) -> np.ndarray:
@@ -78,41 +73,42 @@ def signed_volume(mesh: TriangleMesh) -> float:
 def component_volumes(mesh: TriangleMesh, component: np.ndarray) -> np.ndarray:
     """Enclosed volume of each component, negative for a hollow.  component : (V,) numbers, as `vertex_components` gives them."""
     a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.triangles].transpose(1, 0, 2)
-    return np.bincount(component[mesh.triangles[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, component.max(initial=-1) + 1)
-
-
-def edges(mesh: TriangleMesh) -> np.ndarray:
-    """(E, 2) int32, each undirected edge once, lower index first, sorted."""
-    pairs, count = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), max(len(mesh.vertices), 1)
-    keys = np.unique(pairs.astype(np.int64) @ [count, 1])  # one number for each edge: rows take ten times as long to sort
-    return np.column_stack(np.divmod(keys, count)).astype(np.int32)
+    return np.bincount(component[mesh.triangles[:, 0]], row_dot(a, np.cross(b, c)) / 6.0, component.max(initial=-1) + 1)
 
 
 def mean_edge_length(mesh: TriangleMesh) -> float:
     """Scene units; 0 for a mesh without triangles."""
-    pairs = edges(mesh)
-    if not len(pairs):
+    start, end = HalfEdges.of(mesh).edges.T
+    if not len(start):
         return 0.0
-    return float(np.linalg.norm(mesh.vertices[pairs[:, 0]] - mesh.vertices[pairs[:, 1]], axis=1).mean())
+    return float(np.linalg.norm(mesh.vertices[start] - mesh.vertices[end], axis=1).mean())
 
 
 def vertex_components(mesh: TriangleMesh) -> tuple[int, np.ndarray]:
-    """Number of connected components and the (V,) label of each vertex; lone vertices count."""
-    pairs = edges(mesh)
-    count = len(mesh.vertices)
-    graph = sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    """Number of connected components and the (V,) component of each vertex; a vertex without triangles is one of its own."""
+    table, count = HalfEdges.of(mesh), len(mesh.vertices)
+    graph = sparse.coo_matrix((np.ones(len(table.start)), (table.start, table.end)), shape=(count, count))
     return csgraph.connected_components(graph, directed=False)
 
 
 def is_watertight(mesh: TriangleMesh) -> bool:
     """True when each edge has exactly two triangles that run along it in opposite directions."""
-    if not len(mesh.triangles):
-        return False
-    directed = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
-    count = len(mesh.vertices)
-    forward = np.sort(directed[:, 0] * count + directed[:, 1])
-    backward = np.sort(directed[:, 1] * count + directed[:, 0])
-    return bool(np.array_equal(forward, backward) and np.all(np.diff(forward) > 0))
+    table = HalfEdges.of(mesh)
+    one, other = table.pairs.T
+    return len(one) > 0 and len(one) == len(table.edges) and np.array_equal(table.start[one], table.end[other])
+
+
+def submesh(mesh: TriangleMesh, triangles: np.ndarray | slice = slice(None)) -> tuple[TriangleMesh, np.ndarray]:
+    """Some triangles and the vertices that they use, in their order.
+
+    triangles : (K,) indices, (T,) bool or a slice; all of them unless stated, which drops unused vertices only.
+    Returns the mesh and which vertices of the whole it has, (V',) ascending.
+    """
+    kept = mesh.triangles[triangles]
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[kept] = True
+    renumbered = np.cumsum(used) - 1
+    return TriangleMesh(mesh.vertices[used], renumbered[kept]), np.flatnonzero(used)
 
 
 def distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -135,11 +131,9 @@ def merged(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
     """
     first, place = distinct(mesh.vertices)
     triangles = place[mesh.triangles]
-    whole = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
-    triangles = triangles[whole]
-    used, compact = np.unique(triangles, return_inverse=True)
-    kept = first[used]
-    return TriangleMesh(mesh.vertices[kept], compact.reshape(-1, 3)), kept
+    proper = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
+    result, used = submesh(TriangleMesh(mesh.vertices[first], triangles), proper)
+    return result, first[used]
 
 
 def sample_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..types import TriangleMesh
-from .mesh import edges
+from .half_edges import HalfEdges
+from .mesh import submesh
+from .vectors import row_dot
 
 BLOCK = 20_000  # edges looked at together, which bounds the memory
 
@@ -18,19 +20,14 @@ def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
 
     Two triangles cross where an edge of one pierces the other; an edge is not tried on triangles that share a vertex with it.
     """
-    crossing = np.zeros(len(mesh.triangles), dtype=bool)
-    vertices = mesh.vertices - mesh.vertices.mean(axis=0)
-    links, pierced = edges(mesh), []
-    for edge, triangle in _near(vertices, links, mesh.triangles):
-        apart = (links[edge][:, :, None] != mesh.triangles[triangle][:, None]).all(axis=(1, 2))
+    table, vertices = HalfEdges.of(mesh), mesh.vertices - mesh.vertices.mean(axis=0)
+    pierced, piercing = np.zeros(len(mesh.triangles), dtype=bool), np.zeros(len(table.edges), dtype=bool)
+    for edge, triangle in _near(vertices, table.edges, mesh.triangles):
+        apart = (table.edges[edge][:, :, None] != mesh.triangles[triangle][:, None]).all(axis=(1, 2))
         edge, triangle = edge[apart], triangle[apart]
-        hit = _pierces(vertices[links[edge]], vertices[mesh.triangles[triangle]])
-        crossing[triangle[hit]] = True
-        pierced.append(links[edge[hit]])
-    piercing = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pierced])
-    count = len(vertices)
-    sides = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64), axis=1) @ [count, 1]
-    return crossing | np.isin(sides, np.sort(piercing, axis=1) @ [count, 1]).reshape(-1, 3).any(axis=1)
+        hit = _pierces(vertices[table.edges[edge]], vertices[mesh.triangles[triangle]])
+        pierced[triangle[hit]], piercing[edge[hit]] = True, True
+    return pierced | piercing[table.edge].reshape(-1, 3).any(axis=1)
 
 
 def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
@@ -45,8 +42,7 @@ def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
         radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
         distance, _ = cKDTree(centers[changed]).query(centers, distance_upper_bound=2 * radii.max())
         near = distance <= radii + radii[changed].max()
-        used, triangles = np.unique(mesh.triangles[near], return_inverse=True)
-        result[near] = crossing_triangles(TriangleMesh(mesh.vertices[used], triangles.reshape(-1, 3)))
+        result[near] = crossing_triangles(submesh(mesh, near)[0])
     return result
 
 
@@ -84,4 +80,4 @@ def _pierces(segments: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def _volume(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
     """(K,) six times the signed volumes of tetrahedra."""
-    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
+    return row_dot(np.cross(b - a, c - a), d - a)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..types import TriangleMesh
-from .mesh import TINY, triangle_areas, triangle_normals, vertex_triangle_incidence
+from .mesh import triangle_areas, triangle_normals, vertex_triangle_incidence
+from .vectors import TINY
 
 SHARP = 0.1  # share of the scatter of the normals around a vertex, along a direction, at which that way no longer lies along the surface
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..types import FrozenArrays, TriangleMesh
 from .holes import capped
-from .ragged import numbered
+from .ragged import ragged_indices
 
 PAIRS_AT_ONCE = 2_000_000  # triangle-column pairs rasterised together: bounds the memory of one batch to about 200 MB
 
@@ -81,7 +81,7 @@ def _crossings(corners: np.ndarray, triangles: np.ndarray, rows: int, columns: i
 
 def _rasterised(corner, triangles, low, size):
     pairs = size[:, 0] * size[:, 1]
-    owner, place = numbered(pairs)
+    owner, place = ragged_indices(pairs)
     row = low[owner, 0] + place // size[owner, 1]
     column = low[owner, 1] + place % size[owner, 1]
     ccw, cw = np.ones(len(owner), bool), np.ones(len(owner), bool)

@@ -9,7 +9,7 @@ import numpy as np
 from ..types import TriangleMesh
 from .holes import capped
 from .mesh import merged
-from .ragged import numbered
+from .ragged import ragged_indices, sorted_by_label
 
 Enclosed = Callable[[np.ndarray], np.ndarray]  # of (N, 3) points: (N,) bool
 
@@ -34,7 +34,7 @@ class Winding:
         batch = np.cumsum(counts) // PAIRS_AT_ONCE
         for number in np.unique(batch):
             chosen = np.flatnonzero(batch == number)
-            which, place = numbered(counts[chosen])
+            which, place = ragged_indices(counts[chosen])
             triangle = self._columns.triangles[self._columns.starts[cells[chosen[which]]] + place]
             crossed = _crossed(self._vertices, self._triangles[triangle], points[chosen[which]])
             result[chosen] = np.bincount(which, crossed, len(chosen))
@@ -63,11 +63,11 @@ class _Columns:
         corners = self._places(vertices).T[:, triangles.T]
         low, high = corners.min(axis=1), corners.max(axis=1)
         _, wide = size = high - low + 1
-        owner, place = numbered(size.prod(axis=0))
+        owner, place = ragged_indices(size.prod(axis=0))
         down, across = np.divmod(place, wide[owner])
         cell = (low[0, owner] + down) * self._side + low[1, owner] + across
-        self.triangles = owner[np.argsort(cell, kind="stable")]
-        self.starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self._side**2))])
+        order, self.starts = sorted_by_label(cell, self._side**2)
+        self.triangles = owner[order]
 
     def of(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The cell of each point and how many triangles that has; a point beside all of them has none."""

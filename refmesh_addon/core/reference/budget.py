@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..geometry.mesh import component_volumes, sample_surface, triangle_normals, vertex_components
+from ..geometry.mesh import component_volumes, sample_surface, submesh, triangle_normals, vertex_components
 from ..types import TriangleMesh
 
 # Triangles where no number is asked for, at least: a coarse capture spends its few where its surface curves, in each frame elsewhere, and a
@@ -46,5 +46,4 @@ def supported(mesh: TriangleMesh, points: np.ndarray, spacing: float) -> Triangl
     share = np.bincount(component, np.isfinite(distance), count) / np.bincount(component, minlength=count)
     volumes = np.abs(component_volumes(mesh, component))
     kept = ((share >= LEAST_SUPPORT) & (volumes >= min(LEAST_BODY * spacing**3, volumes.max(initial=0.0))))[component]
-    used = np.cumsum(kept) - 1
-    return TriangleMesh(mesh.vertices[kept], used[mesh.triangles[kept[mesh.triangles[:, 0]]]])
+    return submesh(mesh, kept[mesh.triangles[:, 0]])[0]

@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from ..geometry.half_edges import HalfEdges
 from ..types import TriangleMesh
 from .sparse_grid import CORNERS, SparseGrid
 
@@ -34,9 +35,8 @@ def _untangled(grid: SparseGrid, values: np.ndarray) -> np.ndarray:
     """Values whose surface is a manifold: where two sheets share an edge, a bridge thinner than a cell joins them and is cut."""
     for _ in range(MOST_CUTS):
         _, quads, cells = _dual_quads(grid, values)
-        pairs = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-        pairs, count = np.unique(pairs, axis=0, return_counts=True)
-        shared = cells[pairs[count > 2]]
+        table = HalfEdges(quads, len(cells))
+        shared = cells[table.edges[table.face_counts > 2]]
         if not len(shared):
             break
         values = values.copy()

@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from ..geometry.mesh import triangle_areas, triangle_normals, triangle_shapes, vertex_triangle_incidence
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import submesh, triangle_areas, triangle_normals, triangle_shapes, vertex_triangle_incidence
+from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 
 EVENNESS = 0.02  # cost of length in flat places against the cost of leaving the planes, so that triangles stay even
@@ -42,32 +44,25 @@ def collapsed(mesh: TriangleMesh, triangles: int, frozen: np.ndarray) -> tuple[T
         kept, gone = edges[chosen].T
         vertices[kept], planes[kept] = places[chosen], planes[kept] + planes[gone]
         faces = _renamed(faces, gone, kept, len(vertices))
-    used, faces = np.unique(faces, return_inverse=True)
-    places = np.where(frozen[used, None], mesh.vertices[used], vertices[used] * scale + middle)
-    return TriangleMesh(places, faces.reshape(-1, 3)), used
+    places = np.where(frozen[:, None], mesh.vertices, vertices * scale + middle)
+    return submesh(TriangleMesh(places, faces))
 
 
 def _vertex_planes(mesh: TriangleMesh) -> np.ndarray:
     """(V, 4, 4) sums over a vertex's triangles of area times the outer product of their planes."""
     normals = triangle_normals(mesh)
-    planes = np.column_stack([normals, -np.einsum("ij,ij->i", normals, mesh.vertices[mesh.triangles[:, 0]])])
+    planes = np.column_stack([normals, -row_dot(normals, mesh.vertices[mesh.triangles[:, 0]])])
     products = (triangle_areas(mesh)[:, None, None] * planes[:, :, None] * planes[:, None]).reshape(-1, 16)
     return (vertex_triangle_incidence(mesh) @ products).reshape(-1, 4, 4)
 
 
 def _inner_edges(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """(E, 2) edges with two triangles and no end at a border, and the (E, 2) corners opposite to them."""
-    half, apex = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), faces[:, [2, 0, 1]].ravel()
-    keys = half.min(axis=1) * count + half.max(axis=1)
-    order = np.argsort(keys, kind="stable")
-    keys, apex = keys[order], apex[order]
-    first = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
-    size = np.diff(np.append(first, len(keys)))
-    edges = np.column_stack([keys[first] // count, keys[first] % count])
-    border = np.zeros(count, dtype=bool)
-    border[edges[size != 2].ravel()] = True
-    inner = (size == 2) & ~border[edges].any(axis=1)
-    return edges[inner], np.column_stack([apex[first[inner]], apex[first[inner] + 1]])
+    table = HalfEdges(faces, count)
+    inner_edges, border = table.edges[table.face_counts == 2], np.zeros(count, dtype=bool)
+    border[table.edges[table.face_counts != 2]] = True
+    inner = ~border[inner_edges].any(axis=1)
+    return inner_edges[inner], table.previous[table.pairs[inner]]
 
 
 def _placed(vertices: np.ndarray, planes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +111,7 @@ def _keeps_shape(vertices: np.ndarray, faces: np.ndarray, edges: np.ndarray, pla
     before = vertices[touched]
     after = np.where((owner[touched] >= 0)[:, :, None], places[edge][:, None], before)
     (old, old_quality), (new, new_quality) = triangle_shapes(before), triangle_shapes(after)
-    bad = (np.einsum("ij,ij->i", old, new) < LEAST_COSINE) | (new_quality < np.minimum(LEAST_QUALITY, old_quality))
+    bad = (row_dot(old, new) < LEAST_COSINE) | (new_quality < np.minimum(LEAST_QUALITY, old_quality))
     return np.bincount(edge[bad], minlength=len(edges)) == 0
 
 

@@ -10,8 +10,10 @@ import numpy as np
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.cotangent import neighbour_middles, triangle_adjacency
-from ..geometry.mesh import normalized, triangle_normals, triangle_shapes
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import triangle_normals, triangle_shapes
 from ..geometry.tangents import along_surface
+from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 
 ROUNDS = 2  # of flips and smoothing; more of them even out what the collapses had fitted to the shape
@@ -41,16 +43,17 @@ def quality(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def _flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
     """The mesh with the edges flipped that gain most among those of their two triangles."""
     vertices, triangles, count = mesh.vertices, mesh.triangles.astype(np.int64), len(mesh.vertices)
-    start, end, apex, owner = _paired_edges(triangles, count)
-    pairs = owner.T
+    table = HalfEdges(triangles, count)
+    half_edges = table.pairs
+    start, end, apex, pairs = table.start[half_edges[:, 0]], table.end[half_edges[:, 0]], table.previous[half_edges], half_edges.T // 3
     first = np.column_stack([start, apex[:, 1], apex[:, 0]])  # the triangles after the flip
     second = np.column_stack([apex[:, 1], end, apex[:, 0]])
     before = np.minimum(*quality(vertices, triangles)[pairs])
     gain = np.minimum(quality(vertices, first), quality(vertices, second)) - before
     normals = triangle_normals(mesh)[pairs]
-    flat = np.einsum("ij,ij->i", *normals) > FLATNESS
+    flat = row_dot(*normals) > FLATNESS
     for found in (first, second):
-        turned = _normals(vertices, found)
+        turned = triangle_normals(TriangleMesh(vertices, found))
         flat &= (np.einsum("kij,ij->ki", normals, turned) > FLATNESS).all(axis=0)
     crossing = np.sort(apex, axis=1) @ [count, 1]
     known = np.sort(np.column_stack([start, end]), axis=1) @ [count, 1]
@@ -58,21 +61,6 @@ def _flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
     chosen = _best_alone(gain, pairs, crossing, len(triangles))
     triangles[pairs[0, chosen]], triangles[pairs[1, chosen]] = first[chosen], second[chosen]
     return TriangleMesh(vertices, triangles)
-
-
-def _paired_edges(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Start and end (E,) of each edge with two triangles, as the first of them has it; its two apexes and triangles, (E, 2)."""
-    half, apex = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), triangles[:, [2, 0, 1]].ravel()
-    keys = half.min(axis=1) * count + half.max(axis=1)
-    order = np.argsort(keys, kind="stable")
-    twice = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
-    one, two = order[twice], order[twice + 1]
-    return half[one, 0], half[one, 1], np.column_stack([apex[one], apex[two]]), np.column_stack([one, two]) // 3
-
-
-def _normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
-    return normalized(np.cross(b - a, c - a))
 
 
 def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count: int) -> np.ndarray:
@@ -97,7 +85,7 @@ def _without_damage(mesh: TriangleMesh, moved: np.ndarray) -> TriangleMesh:
     """The mesh on new positions; vertices of triangles that would turn over stay where they are."""
     normals = triangle_normals(mesh)
     for _ in range(3):
-        turned = np.einsum("ij,ij->i", normals, _normals(moved, mesh.triangles)) < FLATNESS / 2
+        turned = row_dot(normals, triangle_normals(mesh.moved(moved))) < FLATNESS / 2
         if not turned.any():
             return mesh.moved(moved)
         moved = moved.copy()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import RefMeshError
-from ..geometry.mesh import component_volumes, triangle_areas, vertex_components
+from ..geometry.mesh import component_volumes, submesh, triangle_areas, vertex_components
 from ..types import TriangleMesh
 from .creases import sharpened
 from .dual_marching_cubes import zero_surface
@@ -48,6 +48,5 @@ def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:
 
 def _without_specks(mesh: TriangleMesh, cell: float) -> TriangleMesh:
     _, component = vertex_components(mesh)
-    kept = (np.abs(component_volumes(mesh, component)) >= SPECK * cell**3)[component]
-    number = np.cumsum(kept) - 1
-    return TriangleMesh(mesh.vertices[kept], number[mesh.triangles[kept[mesh.triangles[:, 0]]]])
+    large = np.abs(component_volumes(mesh, component)) >= SPECK * cell**3
+    return submesh(mesh, large[component[mesh.triangles[:, 0]]])[0]

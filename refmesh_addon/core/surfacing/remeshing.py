@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..geometry.closest_point import SurfaceIndex
-from ..geometry.mesh import edges, mean_edge_length
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import mean_edge_length
 from ..geometry.self_intersection import crossing_triangles
 from ..types import TriangleMesh
 from .edge_collapse import collapsed
@@ -38,9 +39,8 @@ def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
 
 def _divided(mesh: TriangleMesh) -> TriangleMesh:
     """Each triangle as four, with vertices in the middle of its edges."""
-    links, count = edges(mesh).astype(np.int64), len(mesh.vertices)
-    sides = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].astype(np.int64), axis=2) @ [count, 1]
-    ab, bc, ca = (count + np.searchsorted(links @ [count, 1], sides)).T
+    table = HalfEdges.of(mesh)
+    ab, bc, ca = (len(mesh.vertices) + table.edge).reshape(-1, 3).T
     a, b, c = mesh.triangles.T
-    vertices = np.concatenate([mesh.vertices, mesh.vertices[links].mean(axis=1)])
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[table.edges].mean(axis=1)])
     return TriangleMesh(vertices, np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3))

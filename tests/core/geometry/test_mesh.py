@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.geometry import mesh as geometry
+from refmesh_addon.core.geometry.half_edges import HalfEdges
 from refmesh_addon.core.types import TriangleMesh
 
 
@@ -33,7 +34,7 @@ def test_a_cube_has_the_area_volume_and_normals_of_a_cube():
     centers = mesh.vertices[mesh.triangles].mean(axis=1) - mesh.vertices.mean(axis=0)
     assert (np.einsum("ij,ij->i", geometry.triangle_normals(mesh), centers) > 0).all()
     assert (np.einsum("ij,ij->i", geometry.vertex_normals(mesh), mesh.vertices - mesh.vertices.mean(axis=0)) > 0).all()
-    assert len(geometry.edges(mesh)) == 18  # Euler: V - E + T = 2
+    assert len(HalfEdges.of(mesh).edges) == 18  # Euler: V - E + T = 2
     assert_allclose(geometry.mean_edge_length(mesh), (12 * 2 + 6 * 2 * np.sqrt(2)) / 18)
 
 
@@ -98,6 +99,24 @@ def test_merging_drops_what_collapses_and_what_is_unused():
     once, _ = geometry.merged(mesh)
     assert len(once.vertices) == 3
     assert len(once.triangles) == 1
+
+
+def test_a_submesh_keeps_its_triangles_in_their_places_and_drops_the_other_vertices():
+    mesh = joined(cube(), cube(at=(5, 0, 0)))
+    chosen = np.random.default_rng(6).random(len(mesh.triangles)) < 0.3
+    for triangles in (chosen, np.flatnonzero(chosen), slice(3, 9), slice(0)):
+        part, used = geometry.submesh(mesh, triangles)
+        assert_array_equal(used, np.unique(mesh.triangles[triangles]))
+        assert_array_equal(part.vertices, mesh.vertices[used])
+        assert_array_equal(used[part.triangles], mesh.triangles[triangles])
+
+
+def test_the_whole_as_a_submesh_only_loses_unused_vertices():
+    mesh = TriangleMesh(np.concatenate([[[7, 7, 7]], cube().vertices]), cube().triangles + 1)
+    whole, used = geometry.submesh(mesh)
+    assert_array_equal(used, np.arange(1, 9))
+    assert_array_equal(whole.vertices, cube().vertices)
+    assert_array_equal(whole.triangles, cube().triangles)
 
 
 def test_components_of_two_bodies_and_a_lone_vertex():
