@@ -12,7 +12,8 @@ import numpy as np
 from scipy import sparse
 
 from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer
-from refmesh_addon.core.evaluation import metrics
+from refmesh_addon.core.evaluation.distances import TwoSidedDistance
+from refmesh_addon.core.evaluation.metrics import surface_distance
 from refmesh_addon.core.geometry.holes import capped
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
 from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
@@ -143,12 +144,12 @@ def _fitted(take: Take, reference: Reference, target: np.ndarray, settings: Defo
     return reference.mesh.moved(deformer.to(target, take.meshes[0], take.positions[0]).vertices)
 
 
-def _distance(make: Callable, take: Take, reference: Reference, index: int) -> metrics.TwoSidedDistance:
+def _distance(make: Callable, take: Take, reference: Reference, index: int) -> TwoSidedDistance:
     mesh = make(take, reference, reference.targets[index])
-    return metrics.surface_distance(take.meshes[0], mesh, SAMPLES, np.random.default_rng(0))
+    return surface_distance(take.meshes[0], mesh, SAMPLES, np.random.default_rng(0))
 
 
-def _summary(distances: list[metrics.TwoSidedDistance]) -> dict[str, float]:
+def _summary(distances: list[TwoSidedDistance]) -> dict[str, float]:
     """Mean over the frames of means and 99th percentiles, and the largest maximum, %."""
     result = {}
     for side in ("source_to_deformed", "deformed_to_source"):

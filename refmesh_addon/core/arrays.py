@@ -23,8 +23,9 @@ def to_arrays(result: Any) -> Arrays:
     Fields may be arrays, numbers, texts, tuples of numbers or of texts, sparse matrices (kept in CSR form with sorted indices),
     dataclasses of these, or None, which is left out. Raises TypeError, naming the field, for anything else.
 
-        >>> to_arrays(TriangleMesh(vertices, triangles)).keys()
-        dict_keys(['vertices', 'triangles'])
+    >>> from refmesh_addon.core.types import TriangleMesh
+    >>> to_arrays(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))["triangles"]
+    array([[0, 1, 2]], dtype=int32)
     """
     arrays: Arrays = {}
     for item in fields(result):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import platform
 import tomllib
 from dataclasses import asdict, dataclass, field
@@ -11,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from ..core.errors import RefMeshError
+from ..core.evaluation.distances import Distances
 from ..core.settings import Settings
 from .files import write_json
 from .sequence import Sequence
@@ -19,16 +19,6 @@ SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not rai
 REPORT_NAME = "report.json"
 PACKAGES = ("numpy", "scipy", "trimesh")
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
-
-
-@dataclass(frozen=True)
-class Distances:
-    """Distances from one surface to another, as shares of the source frame's bounding-box diagonal."""
-
-    mean: float
-    rms: float
-    p99: float
-    max: float
 
 
 @dataclass(frozen=True)
@@ -67,7 +57,7 @@ class FrameReport:
     deformed : path relative to the output folder.  flipped : share of triangles that face against their surroundings and against
     the source.  held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
-    d1_psnr, d2_psnr : decibel, infinite where the surfaces are equal.
+    d1_psnr, d2_psnr : dB.
     """
 
     number: int
@@ -104,7 +94,7 @@ class Report:
     warnings: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, object]:
-        """The report as JSON holds it. An infinite PSNR, which JSON cannot hold, becomes null."""
+        """The report as JSON holds it."""
         return {
             "schema": SCHEMA,
             "input": self.input,
@@ -115,8 +105,8 @@ class Report:
             "bbox_diagonal": self.bbox_diagonal,
             "centers_playback": self.centers_playback,
             "tracking": self.tracking,
-            "groups": [_group_entry(group) for group in self.groups],
-            "frames": [_frame_entry(frame) for frame in self.frames],
+            "groups": [_without_none(group) for group in self.groups],
+            "frames": [_without_none(frame) for frame in self.frames],
             "warnings": self.warnings,
         }
 
@@ -165,13 +155,5 @@ def _sequence_entry(sequence: Sequence) -> dict[str, object]:
     return {"name": sequence.name, "numbers": list(sequence.numbers), "gaps": list(sequence.gaps), "files": files}
 
 
-def _group_entry(group: GroupReport) -> dict[str, object]:
-    return {name: value for name, value in asdict(group).items() if value is not None}
-
-
-def _frame_entry(frame: FrameReport) -> dict[str, object]:
-    entry = {name: value for name, value in asdict(frame).items() if value is not None}
-    for name in ("d1_psnr", "d2_psnr"):
-        if math.isinf(entry.get(name, 0.0)):
-            entry[name] = None
-    return entry
+def _without_none(entry: GroupReport | FrameReport) -> dict[str, object]:
+    return {name: value for name, value in asdict(entry).items() if value is not None}

@@ -6,8 +6,9 @@ import pytest
 import scipy
 
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.evaluation.distances import Distances
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.io.report import Distances, FrameReport, GroupReport, Report, read_report, versions
+from refmesh_addon.io.report import FrameReport, GroupReport, Report, read_report, versions
 from refmesh_addon.io.sequence import Frame, Sequence
 
 SEQUENCE = Sequence("walk", (Frame(6, Path("/in/walk_06.obj")), Frame(8, Path("/in/walk_08.obj"))), gaps=(7,))
@@ -67,13 +68,10 @@ def test_settings_of_a_report_make_the_same_run_again(tmp_path):
     assert Settings.from_flat(read_report(tmp_path)["settings"]) == settings
 
 
-def test_equal_surfaces_have_no_psnr_but_a_figure_that_is_not_finite_is_an_error(tmp_path):
-    equal = FrameReport(6, 0, "d.ply", 0.0, 0.0, 0.0, DISTANCES, DISTANCES, d1_psnr=float("inf"), d2_psnr=float("inf"))
-    report(frames=[equal]).write(tmp_path)
-    assert read_report(tmp_path)["frames"][0]["d1_psnr"] is None
-    wrong = FrameReport(6, 0, "d.ply", Distances(float("nan"), 0, 0, 0))
+@pytest.mark.parametrize("change", [{"source_to_deformed": Distances(float("nan"), 0, 0, 0)}, {"d1_psnr": float("inf")}])
+def test_a_figure_that_is_not_finite_is_an_error(tmp_path, change):
     with pytest.raises(ValueError, match="JSON"):
-        report(frames=[wrong]).write(tmp_path)
+        report(frames=[FrameReport(6, 0, "d.ply", **change)]).write(tmp_path)
 
 
 def test_versions_are_those_in_use():

@@ -1,1 +1,1 @@
-"""How far the result lies from the capture, and where the capture shows nothing."""
+"""How far the result lies from the capture, and where the capture shows no surface."""

@@ -1,6 +1,6 @@
 """Where a closed surface lies on no captured one: in the contact of two bodies, which no camera sees, and over holes of the capture.
 
-Both are told from the two surfaces alone, and not from what the deformation did there: what it could have reached counts.
+Both are told from the two surfaces alone, independently of the deformation: surface that it missed must not pass for unseen.
 """
 
 from __future__ import annotations
@@ -12,64 +12,70 @@ from ..geometry.borders import border_edges, on_border
 from ..geometry.closest_point import ClosestPoints, SurfaceIndex
 from ..geometry.holes import capped
 from ..geometry.mesh import merged, triangle_normals
-from ..geometry.winding import Winding, enclosed_by
+from ..geometry.winding import Winding
+from ..types import TriangleMesh
+from .sampled_surface import SampledSurface
 
-FACING = -0.5  # greatest cosine between the normals of two surfaces that touch: 120 degrees
-JUST_AHEAD = 1e-7  # share of the diagonal: off the surface, and through nothing else
-BANDS = 2.0  # contacts are looked for in bands of depth, each so many times as deep as the one before ...
-SHALLOWEST = 1e-3  # ... from this share of the greatest depth on: a search is as wide as its band is deep
+OPPOSITE = -0.5  # greatest cosine between the normals of two surfaces in contact: 120 degrees
+OFFSET = 1e-7  # share of the diagonal by which a point is moved off its own surface, too little to cross another one
+TIE = 1e-9  # share by which a cap must be nearer than the source: both end at the rim, and rounding must not decide there
+# Contacts are searched in bands of depth, because a search is as wide as the deepest point of its band.
+FIRST_BAND = 1e-3  # bottom of the first band as a share of the greatest depth
+BAND_RATIO = 2.0  # of the bottoms of successive bands
 
 
-def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarray, np.ndarray], found: ClosestPoints) -> np.ndarray:
-    """(N,) bool, whether a point of the deformed surface lies where the source has no surface.
+def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: SampledSurface, closest: ClosestPoints) -> np.ndarray:
+    """(N,) bool, whether a point of the deformed surface lies where the source has no surface: in a contact or over a hole.
 
-    samples : (N, 3) points on (N,) triangles of the deformed mesh, closed.  found : their closest points on the source.
-    In a contact is a point inside the source to which another part of the deformed surface, facing the other way, is nearer than
-    the source; a limb is never that thin, as its own surface is there. So is one with another part of the deformed
-    surface around it, and one inside the source that is nearer to such points than to the source.
-    Over a hole is a point that is nearest to what closes the hole, or to the rim, where the source ends.
+    samples : N points on the deformed mesh, which is closed.  closest : their closest points on the source.
     """
-    return in_contact(deformed, source, samples, found) | over_hole(source, samples[0])
+    whole = merged(source.mesh)[0]
+    closed = capped(whole)
+    depths = np.where(Winding(closed).of(samples.points) != 0, closest.distances, 0.0)
+    caps = merged(TriangleMesh(closed.vertices, closed.triangles[len(whole.triangles) :]))[0]
+    return in_contact(deformed, samples, depths) | over_hole(source, caps, samples.points, closest)
 
 
-def in_contact(deformed: SurfaceIndex, source: SurfaceIndex, samples: tuple[np.ndarray, np.ndarray], found: ClosestPoints) -> np.ndarray:
-    """(N,) bool, as in `unseen`."""
-    points, triangles = samples
-    normals = triangle_normals(deformed.mesh)[triangles]
-    # Not told from the normal at the closest point: in the crease of a contact, the two sides' normals disagree.
-    depths = np.where(enclosed_by(source.mesh)(points), found.distances, 0.0)
+def in_contact(deformed: SurfaceIndex, samples: SampledSurface, depths: np.ndarray) -> np.ndarray:
+    """(N,) bool, whether a point of the deformed surface lies in the contact of two bodies, or of a body with itself.
+
+    depths : (N,) distance of each point to the source where it lies inside; 0 outside.
+
+    Three kinds of points inside the source count: those to which another part of the deformed surface, facing the other way, is
+    nearer than the source (a limb is never that thin, because its own far side is captured); those with another part of the
+    deformed surface around them; and those that are nearer to such points than to the source.
+    """
+    # The sign of the normal at the closest point would not do for the depths: in the crease of a contact the two sides disagree.
     inner = np.flatnonzero(depths > 0)
-    ahead = points[inner] + JUST_AHEAD * source.mesh.diagonal * normals[inner]
-    result = _faced(deformed, points, normals, depths)
+    ahead = samples.points[inner] + OFFSET * deformed.mesh.diagonal * samples.normals[inner]
+    result = _faced(deformed, samples, depths)
     result[inner] |= Winding(deformed.mesh).of(ahead) > 0
     rest = inner[~result[inner]]
     if result.any() and len(rest):
-        result[rest] = cKDTree(points[result]).query(points[rest])[0] < depths[rest]
+        result[rest] = cKDTree(samples.points[result]).query(samples.points[rest])[0] < depths[rest]
     return result
 
 
-def _faced(deformed: SurfaceIndex, points: np.ndarray, normals: np.ndarray, depths: np.ndarray) -> np.ndarray:
-    """(N,) bool, whether surface that faces a point is nearer than the source, `depths` away."""
-    result, every = np.zeros(len(points), dtype=bool), triangle_normals(deformed.mesh)
-    least, greatest = 0.0, SHALLOWEST * depths.max(initial=0.0)
-    while (depths > least).any():
-        band = np.flatnonzero((depths > least) & (depths <= greatest))
-        own = normals[band]
-        facing = lambda query, other, own=own: np.einsum("ni,ni->n", own[query], every[other]) < FACING
-        near = deformed.query(points[band], greatest, facing)
-        result[band] = (near.triangles >= 0) & (near.distances < depths[band])
-        least, greatest = greatest, BANDS * greatest
+def _faced(deformed: SurfaceIndex, samples: SampledSurface, depths: np.ndarray) -> np.ndarray:
+    """(N,) bool, whether a part of the deformed surface that faces the point is nearer than the source, `depths` away."""
+    result, triangles = np.zeros(len(depths), dtype=bool), triangle_normals(deformed.mesh)
+    top, bottom = 0.0, FIRST_BAND * depths.max(initial=0.0)
+    while (depths > top).any():
+        band = np.flatnonzero((depths > top) & (depths <= bottom))
+        normals = samples.normals[band]
+        opposite = lambda query, triangle, normals=normals: np.einsum("ni,ni->n", normals[query], triangles[triangle]) < OPPOSITE
+        nearest = deformed.query(samples.points[band], bottom, opposite)
+        result[band] = (nearest.triangles >= 0) & (nearest.distances < depths[band])
+        top, bottom = bottom, BAND_RATIO * bottom
     return result
 
 
-def over_hole(source: SurfaceIndex, points: np.ndarray) -> np.ndarray:
-    """(N,) bool, whether the nearest point of the source with its holes closed is on what closes them, or on their rim."""
-    whole = merged(source.mesh)[0]
-    closed = capped(whole)
-    if closed is whole:
+def over_hole(source: SurfaceIndex, caps: TriangleMesh, points: np.ndarray, closest: ClosestPoints) -> np.ndarray:
+    """(N,) bool, whether each of (N, 3) points is nearer to the caps of the source's holes than to the source, or nearest to a rim.
+
+    caps : the triangles that `capped` adds to the source.  closest : of the points on the source.
+    """
+    if not len(caps.triangles):
         return np.zeros(len(points), dtype=bool)
-    found = SurfaceIndex(closed).query(points)
-    result = found.triangles >= len(whole.triangles)
-    own = np.flatnonzero(~result)
-    result[own] = on_border(whole, border_edges(whole), found.triangles[own], found.points[own])
-    return result
+    over_cap = SurfaceIndex(caps).query(points, closest.distances.max(initial=0.0)).distances < (1.0 - TIE) * closest.distances
+    return over_cap | on_border(source.mesh, border_edges(source.mesh), closest.triangles, closest.points)

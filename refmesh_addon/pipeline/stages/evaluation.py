@@ -11,13 +11,11 @@ from ...core.evaluation.error_scale import error_colors
 from ...core.evaluation.metrics import MeasuredFrame, measure
 from ...core.types import TriangleMesh
 from ...io.ply import write_ply
-from ...io.report import Distances
 from ..session.cache import digest
 from ..session.context import Context
 from .deformation import Deformed
 
 EVALUATION_SCHEMA = 4
-WAYS = ("source_to_deformed", "deformed_to_source", "visible_to_source")
 
 
 def evaluate(context: Context, deformed: Deformed) -> None:
@@ -44,7 +42,7 @@ def _evaluate_frames(context: Context, deformed: dict[int, TriangleMesh], veloci
     for position, frame in enumerate(frames):
         entry, measured = context.report.frames[position], from_arrays(MeasuredFrame, found[frame])
         write_ply(context.output / entry.deformed, deformed[frame], error_colors(measured.errors), velocities[frame])
-        context.report.frames[position] = replace(entry, **_figures(measured))
+        context.report.frames[position] = replace(entry, **vars(measured.distances))  # its figures have the same names in the report
 
 
 def _evaluate_handovers(context: Context, deformed: Deformed) -> None:
@@ -56,15 +54,9 @@ def _evaluate_handovers(context: Context, deformed: Deformed) -> None:
     alive = lambda: context.notify("evaluation", None, 1.0)
     for task, measured in context.workers.map(measure, tasks, alive):
         index = list(deformed.handovers)[task]
-        handover = Distances(**asdict(measured.distances.source_to_deformed))
+        handover = measured.distances.source_to_deformed
         context.report.groups[index] = replace(context.report.groups[index], handover=handover)
 
 
 def _entry(context: Context, frame: int) -> str:
     return f"evaluation/frame_{context.numbers[frame]:04d}"
-
-
-def _figures(measured: MeasuredFrame) -> dict[str, object]:
-    found = measured.distances
-    ways = {name: Distances(**asdict(getattr(found, name))) for name in WAYS}
-    return {**ways, "unseen": found.unseen, "d1_psnr": found.d1_psnr, "d2_psnr": found.d2_psnr}

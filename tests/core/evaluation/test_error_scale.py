@@ -1,4 +1,4 @@
-"""Colours of distances: both ends, order, and the way from sRGB to linear."""
+"""Colors of distances: both ends, order, and the way from sRGB to linear."""
 
 import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from refmesh_addon.core.evaluation.metrics import PSNR_CEILING, iou, per_vertex_error, surface_distance
+from refmesh_addon.core.evaluation.metrics import per_vertex_error, surface_distance
+from refmesh_addon.core.evaluation.psnr import PSNR_CEILING
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
 
@@ -101,15 +102,3 @@ def test_vertex_error_is_the_distance_of_each_vertex():
     ramp = square(tilt=0.5)
     error = per_vertex_error(ramp, SurfaceIndex(square()))
     assert_allclose(error, ramp.vertices[:, 2], atol=1e-12)
-
-
-def test_iou_of_grids():
-    a = np.zeros((4, 5, 6), dtype=bool)
-    a[:2] = True
-    b = np.zeros_like(a)
-    b[1:3] = True
-    assert iou(a, b) == pytest.approx(1 / 3)
-    assert iou(a, b) == iou(b, a)
-    assert (iou(a, a), iou(a, ~a), iou(a & ~a, a & ~a)) == (1.0, 0.0, 1.0)
-    with pytest.raises(ValueError, match="one shape"):
-        iou(a, b[:3])

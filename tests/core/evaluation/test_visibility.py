@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from refmesh_addon.core.evaluation import visibility
 from refmesh_addon.core.evaluation.metrics import surface_distance
-from refmesh_addon.core.evaluation.visibility import in_contact, over_hole
+from refmesh_addon.core.evaluation.sampled_surface import SampledSurface
+from refmesh_addon.core.evaluation.visibility import in_contact
+from refmesh_addon.core.geometry.borders import border_edges, on_border
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry.mesh import sample_surface
+from refmesh_addon.core.geometry.holes import capped
+from refmesh_addon.core.geometry.winding import enclosed_by
 from refmesh_addon.core.types import TriangleMesh
 from tests.core.shapes import ball, box, joined
 
@@ -22,13 +26,19 @@ def seen_from_outside(overlap):
 
 
 def sampled(mesh):
-    return sample_surface(mesh, 4000, np.random.default_rng(0))
+    return SampledSurface.of(mesh, 4000, np.random.default_rng(0))
 
 
 def contact(mesh, source):
-    points, triangles = sampled(mesh)
-    surface = SurfaceIndex(source)
-    return points, in_contact(SurfaceIndex(mesh), surface, (points, triangles), surface.query(points))
+    samples = sampled(mesh)
+    depths = np.where(enclosed_by(source)(samples.points), SurfaceIndex(source).query(samples.points).distances, 0.0)
+    return samples.points, in_contact(SurfaceIndex(mesh), samples, depths)
+
+
+def over_hole(source, points):
+    caps = TriangleMesh(capped(source).vertices, capped(source).triangles[len(source.triangles) :])
+    index = SurfaceIndex(source)
+    return visibility.over_hole(index, caps, points, index.query(points))
 
 
 @pytest.mark.parametrize("overlap", [0.0, 0.04, 0.3])
@@ -68,13 +78,27 @@ def test_a_surface_that_is_too_small_is_all_seen():
 def test_over_a_hole_is_what_lies_where_the_capture_is_open():
     whole = ball(4)
     top = (whole.vertices[whole.triangles][:, :, 2] > 0.8).all(axis=1)
-    points, _ = sampled(whole)
-    source = SurfaceIndex(TriangleMesh(whole.vertices, whole.triangles[~top]))
+    points = sampled(whole).points
+    source = TriangleMesh(whole.vertices, whole.triangles[~top])
     found = over_hole(source, points)
     beyond = points + [0.0, 0.0, 0.2] * (points[:, 2:] > 0.8)  # above the rim; below what closes the hole lies nothing but that
     assert over_hole(source, beyond)[points[:, 2] > 0.81].all()
     assert found[points[:, 2] > 0.9].all() and not found[points[:, 2] < 0.6].any()
-    assert_array_equal(over_hole(SurfaceIndex(whole), points), np.zeros(len(points), dtype=bool))
+    assert_array_equal(over_hole(whole, points), np.zeros(len(points), dtype=bool))
+
+
+def test_the_nearest_point_of_the_closed_source_tells_the_same():
+    """A slow twin: the source and what closes its holes searched as one surface."""
+    whole = ball(4)
+    low = (whole.vertices[whole.triangles][:, :, 2] < -0.7).all(axis=1)
+    source = TriangleMesh(whole.vertices, whole.triangles[~low])
+    points = 1.3 * sampled(whole).points
+    nearest = SurfaceIndex(capped(source)).query(points)
+    own = nearest.triangles < len(source.triangles)
+    rim = np.zeros(len(points), dtype=bool)
+    rim[own] = on_border(source, border_edges(source), nearest.triangles[own], nearest.points[own])
+    assert 0 < (rim & own).sum() < (rim | ~own).sum() < len(points)
+    assert_array_equal(over_hole(source, points), rim | ~own)
 
 
 def test_figures_leave_out_a_contact_and_say_how_much():
