@@ -12,8 +12,8 @@ from ..geometry.borders import boundary_edges
 from ..geometry.holes import capped
 from ..geometry.mesh import merged, signed_volume, triangle_areas
 from ..types import TriangleMesh
-from .orientation import bodies_turned, patches_turned, turned_round
-from .seams import sewn
+from .orientation import flipped_patches, inside_out_bodies, reoriented
+from .seams import stitched
 
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; the pipeline refuses more
 SCALE_JUMP = 1.5  # the same between a frame and its neighbours, where bodies come and go
@@ -48,15 +48,15 @@ class FrameFigures:
 
 def examine(mesh: TriangleMesh) -> dict[str, float]:
     """The figures of `FrameFigures` that come from the mesh alone."""
-    whole = sewn(merged(mesh)[0])
+    whole = stitched(merged(mesh)[0])
     areas = triangle_areas(whole)
-    patches = patches_turned(whole)
-    agreed = turned_round(whole, patches)
-    bodies = bodies_turned(agreed)
+    patches = flipped_patches(whole)
+    agreed = reoriented(whole, patches)
+    bodies = inside_out_bodies(agreed)
     return {
         "vertices": len(mesh.vertices),
         "diagonal": whole.diagonal,
-        "volume": signed_volume(capped(turned_round(agreed, bodies))),
+        "volume": signed_volume(capped(reoriented(agreed, bodies))),
         "open_edges": len(boundary_edges(agreed)),
         "inward": float(areas[patches ^ bodies].sum() / areas.sum()),
     }

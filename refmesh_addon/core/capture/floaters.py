@@ -16,7 +16,7 @@ LARGEST_AREA = 5e-3  # share of the surface; a sheet encloses nothing, and may y
 MOST_AREA = 0.05  # share of the surface of all specks together; pieces that make up more of it are what was captured
 
 
-def without_specks(mesh: TriangleMesh) -> TriangleMesh:
+def without_floaters(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh without connected pieces of a tiny share of its volume and surface; the mesh itself where it has none."""
     count, label = vertex_components(mesh)
     if count == 1:

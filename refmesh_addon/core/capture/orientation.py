@@ -12,7 +12,7 @@ from ..geometry.mesh import component_volumes, triangle_areas, vertex_components
 from ..types import TriangleMesh
 
 
-def patches_turned(mesh: TriangleMesh) -> np.ndarray:
+def flipped_patches(mesh: TriangleMesh) -> np.ndarray:
     """(T,) bool, triangles to turn so that neighbours agree; in each connected surface the smaller area turns.
 
     Every triangle stands for two nodes, itself and itself turned; an edge of two triangles links the nodes that agree.
@@ -29,7 +29,7 @@ def patches_turned(mesh: TriangleMesh) -> np.ndarray:
     return (area[asis] < area[turned]) | ((area[asis] == area[turned]) & (asis > turned))
 
 
-def bodies_turned(mesh: TriangleMesh) -> np.ndarray:
+def inside_out_bodies(mesh: TriangleMesh) -> np.ndarray:
     """(T,) bool, triangles of the pieces that are inside out; one within the box of another may be its hollow and stays."""
     count, label = vertex_components(mesh)
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -41,6 +41,6 @@ def bodies_turned(mesh: TriangleMesh) -> np.ndarray:
     return inside_out[label[mesh.triangles[:, 0]]]
 
 
-def turned_round(mesh: TriangleMesh, chosen: np.ndarray) -> TriangleMesh:
+def reoriented(mesh: TriangleMesh, chosen: np.ndarray) -> TriangleMesh:
     """The mesh with the triangles marked in (T,) `chosen` turned round."""
     return TriangleMesh(mesh.vertices, np.where(chosen[:, None], mesh.triangles[:, ::-1], mesh.triangles))

@@ -18,7 +18,7 @@ HAIR = 1e-4  # greatest gap that is closed, as a share of the diagonal ...
 SHORT = 0.1  # ... and of the shortest open edge at either vertex: rims of thin slits keep their shape
 
 
-def sewn(mesh: TriangleMesh) -> TriangleMesh:
+def stitched(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with vertices of open edges joined where they are a hair apart; the mesh itself where there are none.
 
     mesh : coincident vertices merged. Of vertices that are joined the first keeps its place.

@@ -26,7 +26,7 @@ from scipy import sparse
 from ..geometry.cotangent import cotangent_weights, spokes, triangle_adjacency
 from ..geometry.factor import factored
 from ..geometry.mesh import submesh, triangle_areas, triangles_at, vertex_components
-from ..geometry.vectors import TINY
+from ..geometry.vectors import TINY, row_dot
 from ..types import FrozenArrays, TriangleMesh
 from .smooth_rotations import SmoothRotations
 
@@ -60,7 +60,7 @@ class ArapSolver:
         self.weights = cotangent_weights(mesh)
         self.laplacian = (sparse.diags(_row_sums(self.weights)) - self.weights).tocsr()
         centred = mesh.vertices - mesh.vertices.mean(axis=0)
-        spread = 2.0 * _dot(centred, self.laplacian @ centred) - self.laplacian @ _dot(centred, centred)
+        spread = 2.0 * row_dot(centred, self.laplacian @ centred) - self.laplacian @ row_dot(centred, centred)
         self.adjacency = triangle_adjacency(mesh)
         self.local_step = SmoothRotations(self.adjacency, smoothness * self.area, spread)
         self.component_count, self.components = vertex_components(mesh)
@@ -242,7 +242,7 @@ class _State:
                 break
             moves[free] = way
             along = system.rows @ moves
-            pulled = system.matrix @ way - (system.pull @ (along - normals * _dot(normals, along)[:, None]))[free]
+            pulled = system.matrix @ way - (system.pull @ (along - normals * row_dot(normals, along)[:, None]))[free]
             share = size / np.vdot(way, pulled)
             self.positions[free] += share * way
             if slide == self.slides - 1:
@@ -257,7 +257,7 @@ class _State:
         offsets = self.system.rows @ self.positions - self.targets
         if self.normals is None:
             return offsets, np.zeros_like(offsets)
-        counted = self.normals * _dot(self.normals, offsets)[:, None]
+        counted = self.normals * row_dot(self.normals, offsets)[:, None]
         return counted, offsets - counted
 
     def rotations(self) -> np.ndarray:
@@ -279,8 +279,3 @@ class _State:
 
 def _row_sums(matrix: sparse.spmatrix) -> np.ndarray:
     return np.asarray(matrix.sum(axis=1)).ravel()
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(N,) dot products of (N, 3) rows."""
-    return np.einsum("ij,ij->i", a, b)

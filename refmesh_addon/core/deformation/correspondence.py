@@ -15,7 +15,7 @@ from scipy import sparse
 from ..geometry.borders import barycentric, border_edges, on_border
 from ..geometry.closest_point import Allowed, ClosestPoints, SurfaceIndex
 from ..geometry.mesh import triangle_normals
-from ..geometry.vectors import normalized
+from ..geometry.vectors import normalized, row_dot
 from ..geometry.winding import Enclosed, enclosed_by
 from ..types import FrozenArrays, TriangleMesh
 from .surface_samples import SurfaceSampler, SurfaceSamples
@@ -124,7 +124,7 @@ class Correspondence:
         """Of samples and their closest points on the source those that are not deep inside their own body."""
         kept = self._allowed(asked.corners[at, 0], found.triangles)
         at, found = at[kept], _chosen(found, kept)
-        heights = _dot(asked.points[at] - found.points, self._normals[found.triangles])
+        heights = row_dot(asked.points[at] - found.points, self._normals[found.triangles])
         shallow = (found.distances < inset) & (heights < -UPRIGHT * found.distances)
         kept = np.where(self._enclosed(asked.points[at]), shallow, heights > 0)
         return at[kept], _chosen(found, kept)
@@ -147,7 +147,7 @@ def _partners(
     good = _fitting(asked, near, normals, limits.cosine, allowed)(np.arange(len(near)), found.triangles[near])
     first, refused = near[good], near[~good]
     again = surface.query(asked.points[refused], limits.distance, _fitting(asked, refused, normals, limits.cosine, allowed))
-    offsets = np.abs(_dot(asked.points[refused] - again.points, normals[again.triangles]))
+    offsets = np.abs(row_dot(asked.points[refused] - again.points, normals[again.triangles]))
     upright = (again.triangles >= 0) & (offsets > UPRIGHT * again.distances)
     partners = np.concatenate([first, refused[upright]]), _joined(_chosen(found, first), _chosen(again, upright))
     return partners, (refused[~upright], _chosen(found, refused[~upright]))
@@ -157,7 +157,7 @@ def _fitting(asked: SurfaceSamples, samples: np.ndarray, normals: np.ndarray, co
     """Whether each of some of the samples, by position among these, may have a triangle: their normals agree, and nothing forbids it."""
 
     def fitting(query: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        good = _dot(asked.normals[samples[query]], normals[triangle]) > cosine
+        good = row_dot(asked.normals[samples[query]], normals[triangle]) > cosine
         good[good] = allowed(samples[query[good]], triangle[good])
         return good
 
@@ -191,7 +191,3 @@ def _apart(offsets: np.ndarray, normals: np.ndarray, limits: Limits) -> np.ndarr
     """
     touching = np.linalg.norm(offsets, axis=1) <= TOUCHING * limits.distance
     return np.where(touching[:, None], normals, normalized(offsets))
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.einsum("ij,ij->i", a, b)

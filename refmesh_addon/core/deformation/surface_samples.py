@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy import sparse
 
-from ..geometry.mesh import area_vectors, distinct
+from ..geometry.mesh import area_vectors, unique_points
 from ..geometry.vectors import normalized
 from ..types import FrozenArrays, TriangleMesh
 
@@ -37,7 +37,7 @@ class SurfaceSampler:
     """Built once from a mesh, asked for the samples of any deformation of it. Vertices that coincide in the mesh are taken as one."""
 
     def __init__(self, mesh: TriangleMesh):
-        first, place = distinct(mesh.vertices)
+        first, place = unique_points(mesh.vertices)
         corners = first[place][mesh.triangles]
         whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
         # In the order of the mesh: what a stride picks must not depend on coordinates.

@@ -15,7 +15,7 @@ from ..geometry.cotangent import cotangent_weights
 from ..geometry.factor import factored
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import triangle_areas, vertex_areas
-from ..geometry.tangents import along_surface
+from ..geometry.tangents import tangential_part
 from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 
@@ -51,7 +51,7 @@ def _shared(mesh: TriangleMesh, moves: np.ndarray) -> np.ndarray:
 
 def _leashed(surface: TriangleMesh, moves: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """(R, 3) moves along the surface, none longer than the leash.  ends : (2, E) vertices of its edges."""
-    moves = along_surface(surface, moves)
+    moves = tangential_part(surface, moves)
     span = np.linalg.norm(surface.vertices[ends[0]] - surface.vertices[ends[1]], axis=1).mean() if ends.size else 0.0
     leash = max(LEASH * float(span), float(TINY))
     return moves * leash / np.maximum(np.linalg.norm(moves, axis=1, keepdims=True), leash)

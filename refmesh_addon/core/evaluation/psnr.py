@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..geometry.vectors import row_dot
 from .sampled_surface import SampledSurface
 
 PSNR_CEILING = 999.99  # dB, stands for "no difference": JSON has no infinity
@@ -28,8 +29,8 @@ def _mean_squares(cloud: SampledSurface, reference: SampledSurface) -> tuple[flo
     """Mean squared distances of the cloud's points from the nearest reference points and from the planes through these."""
     nearest = cKDTree(reference.points).query(cloud.points, workers=-1)[1]
     difference = cloud.points - reference.points[nearest]
-    along_normal = np.einsum("ij,ij->i", difference, reference.normals[nearest])
-    return np.einsum("ij,ij->i", difference, difference).mean(), (along_normal**2).mean()
+    along_normal = row_dot(difference, reference.normals[nearest])
+    return row_dot(difference, difference).mean(), (along_normal**2).mean()
 
 
 def _psnr(mean_square: float, peak: float) -> float:

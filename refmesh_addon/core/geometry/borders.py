@@ -6,7 +6,7 @@ import numpy as np
 
 from ..types import TriangleMesh
 from .half_edges import HalfEdges
-from .mesh import distinct
+from .mesh import unique_points
 from .vectors import TINY, row_dot
 
 ON_EDGE = 1e-6  # barycentric weight below which a point counts as lying on the opposite edge; rounding stays far below
@@ -34,7 +34,7 @@ def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 def border_edges(mesh: TriangleMesh) -> np.ndarray:
     """(T, 3) bool: whether the edge opposite to each corner belongs to one triangle only. Coinciding vertices count as one."""
-    table = HalfEdges(distinct(mesh.vertices)[1][mesh.triangles], len(mesh.vertices))
+    table = HalfEdges(unique_points(mesh.vertices)[1][mesh.triangles], len(mesh.vertices))
     return (table.face_counts == 1)[table.edge].reshape(-1, 3)[:, [1, 2, 0]]
 
 

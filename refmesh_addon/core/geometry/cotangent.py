@@ -60,7 +60,7 @@ def triangle_adjacency(mesh: TriangleMesh) -> sparse.csr_matrix:
     return half + half.T
 
 
-def neighbour_middles(links: sparse.csr_matrix, vertices: np.ndarray) -> np.ndarray:
+def neighbor_averages(links: sparse.csr_matrix, vertices: np.ndarray) -> np.ndarray:
     """(V, 3) middle of the neighbours of each of (V, 3) vertices.  links : (V, V) weights, as `triangle_adjacency` gives them."""
     return links @ vertices / np.maximum(np.asarray(links.sum(axis=1)), TINY)
 

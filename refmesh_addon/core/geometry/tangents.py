@@ -11,7 +11,7 @@ from .vectors import TINY
 SHARP = 0.1  # share of the scatter of the normals around a vertex, along a direction, at which that way no longer lies along the surface
 
 
-def along_surface(mesh: TriangleMesh, steps: np.ndarray) -> np.ndarray:
+def tangential_part(mesh: TriangleMesh, steps: np.ndarray) -> np.ndarray:
     """(V, 3) the part of (V, 3) steps in directions that the normals around a vertex do not point to: all of a plane, one of a crease."""
     normals, area = triangle_normals(mesh), triangle_areas(mesh)
     products = (area[:, None, None] * normals[:, :, None] * normals[:, None]).reshape(-1, 9)

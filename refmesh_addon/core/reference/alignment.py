@@ -16,6 +16,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from scipy.spatial import cKDTree
 
 from ..geometry.mesh import sample_surface, triangle_normals, vertex_normals
+from ..geometry.vectors import row_dot
 from ..geometry.voxels import Grid, fill, grid_around
 from ..types import FrozenArrays, TriangleMesh
 from .detail import moved_along_normals
@@ -126,9 +127,9 @@ def _gaps(points: np.ndarray, normals: np.ndarray, spacing: float, anchor: Ancho
     """(N,) indices of points that have a partner on the anchor frame, its (N, 3) normal, and the (N,) way to its tangent plane."""
     distance, partner = anchor.tree.query(points, distance_upper_bound=GATE * spacing)
     found = np.flatnonzero(np.isfinite(distance))
-    found = found[np.einsum("ij,ij->i", anchor.normals[partner[found]], normals[found]) > COMPATIBLE]
+    found = found[row_dot(anchor.normals[partner[found]], normals[found]) > COMPATIBLE]
     theirs = anchor.normals[partner[found]]
-    return found, theirs, np.einsum("ij,ij->i", theirs, anchor.tree.data[partner[found]] - points[found])
+    return found, theirs, row_dot(theirs, anchor.tree.data[partner[found]] - points[found])
 
 
 def _moved_centers(weights, normals, gap, smoothness: sparse.csr_matrix) -> np.ndarray:

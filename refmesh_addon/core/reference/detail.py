@@ -8,6 +8,7 @@ from scipy import sparse
 from ..geometry.cotangent import cotangent_weights
 from ..geometry.factor import factored
 from ..geometry.mesh import vertex_areas, vertex_normals
+from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 
 DAMPING = 1e-3  # of a vertex's area: keeps parts that no target speaks for where they are
@@ -24,7 +25,7 @@ def moved_along_normals(surface: TriangleMesh, chosen: np.ndarray, targets: np.n
         return surface.vertices
     normals, areas = vertex_normals(surface), vertex_areas(surface)
     gap, weight = np.zeros(len(normals)), np.zeros(len(normals))
-    gap[chosen] = np.einsum("ij,ij->i", normals[chosen], targets - surface.vertices[chosen])
+    gap[chosen] = row_dot(normals[chosen], targets - surface.vertices[chosen])
     weight[chosen] = areas[chosen]
     stiffness = extent**2 * sparse.csgraph.laplacian(cotangent_weights(surface))
     damping = DAMPING * np.where(areas > 0, areas, areas.mean())

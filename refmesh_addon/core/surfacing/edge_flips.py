@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.closest_point import SurfaceIndex
-from ..geometry.cotangent import neighbour_middles, triangle_adjacency
+from ..geometry.cotangent import neighbor_averages, triangle_adjacency
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import triangle_normals, triangle_shapes
-from ..geometry.tangents import along_surface
+from ..geometry.tangents import tangential_part
 from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 
@@ -23,7 +23,7 @@ LEAST_GAIN = 0.02  # of the worse of the two qualities
 STEP = 0.5  # share of the way to the middle of the neighbours
 
 
-def evened(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
+def regularized(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
     """The closed mesh with as many vertices and triangles, of better shape, its moved vertices on `surface`.
 
     frozen : (V,) True for vertices that stay, with the edges at them.
@@ -76,8 +76,8 @@ def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count
 
 def _smoothed(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
     """Each vertex part of the way to the middle of its neighbours, along the surface and back onto it; along a crease only on one."""
-    step = neighbour_middles(triangle_adjacency(mesh), mesh.vertices) - mesh.vertices
-    moved = surface.query(mesh.vertices + STEP * along_surface(mesh, step)).points
+    step = neighbor_averages(triangle_adjacency(mesh), mesh.vertices) - mesh.vertices
+    moved = surface.query(mesh.vertices + STEP * tangential_part(mesh, step)).points
     return _without_damage(mesh, np.where(frozen[:, None], mesh.vertices, moved))
 
 

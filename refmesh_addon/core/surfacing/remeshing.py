@@ -11,14 +11,14 @@ from ..geometry.mesh import mean_edge_length
 from ..geometry.self_intersection import crossing_triangles
 from ..types import TriangleMesh
 from .edge_collapse import collapsed
-from .edge_flips import evened
+from .edge_flips import regularized
 
 TRIES = 5  # until nothing crosses; each leaves more as it was around what crossed
 AROUND = 2.0  # edge lengths around a crossing that are left as they were
 
 
 def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
-    """The closed surface with about `triangles` triangles: reduced by quadric collapses, then evened out.
+    """The closed surface with about `triangles` triangles: reduced by quadric collapses, then regularized out.
 
     Where the result would cross itself though `mesh` does not, as between sheets nearer than an edge, `mesh` is kept.
     """
@@ -27,7 +27,7 @@ def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
     surface, tree, frozen = SurfaceIndex(mesh), cKDTree(mesh.vertices), np.zeros(len(mesh.vertices), dtype=bool)
     for _ in range(TRIES):
         reduced, left = collapsed(mesh, triangles, frozen)
-        found = evened(reduced, surface, frozen[left])
+        found = regularized(reduced, surface, frozen[left])
         crossing = crossing_triangles(found)
         if not crossing.any():
             break

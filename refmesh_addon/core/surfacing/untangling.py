@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.cotangent import neighbour_middles, triangle_adjacency
+from ..geometry.cotangent import neighbor_averages, triangle_adjacency
 from ..geometry.mesh import triangles_at
 from ..geometry.self_intersection import crossing_triangles, still_crossing
 from ..types import TriangleMesh
@@ -25,7 +25,7 @@ def untangled(mesh: TriangleMesh, crossing: np.ndarray | None = None) -> Triangl
             break
         loose[mesh.triangles[crossing]] = True
         loose = loose | ((links @ loose) > 0)
-        mesh = mesh.moved(np.where(loose[:, None], neighbour_middles(links, mesh.vertices), mesh.vertices))
+        mesh = mesh.moved(np.where(loose[:, None], neighbor_averages(links, mesh.vertices), mesh.vertices))
         crossing = still_crossing(mesh, triangles_at(mesh, loose))
         if crossing.sum() < least:
             best, least = mesh, crossing.sum()

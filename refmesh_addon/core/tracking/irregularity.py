@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.vectors import row_dot
+
 MAX_DROPPED_SHARE = 0.005  # of the centers at a time, 5 of 1000; published 5 to 10
 IRREGULAR = 1.5  # times the median distance to the nearest trajectory: an even spread alone stays below 1.3
 ROWS_AT_ONCE = 512  # of the (C, C) table of distances between trajectories: bounds its memory
@@ -33,7 +35,7 @@ def regular_centers(positions: np.ndarray) -> np.ndarray:
 def _nearest_squared(trajectories: np.ndarray) -> np.ndarray:
     """(C,) squared distance of each of (C, 3 F) trajectories from the nearest other one; rounding may leave it just below 0."""
     count = len(trajectories)
-    length = np.einsum("ij,ij->i", trajectories, trajectories)
+    length = row_dot(trajectories, trajectories)
     nearest = np.empty(count)
     for start in range(0, count, ROWS_AT_ONCE):
         rows = np.arange(start, min(start + ROWS_AT_ONCE, count))

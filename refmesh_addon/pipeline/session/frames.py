@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.capture.floaters import without_specks
-from ...core.capture.orientation import bodies_turned, patches_turned, turned_round
-from ...core.capture.seams import sewn
+from ...core.capture.floaters import without_floaters
+from ...core.capture.orientation import flipped_patches, inside_out_bodies, reoriented
+from ...core.capture.seams import stitched
 from ...core.errors import RefMeshError
 from ...core.geometry.holes import capped
 from ...core.geometry.mesh import merged
@@ -51,7 +51,7 @@ class Frames:
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
-        self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: without_specks(self.mesh(index)))
+        self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: without_floaters(self.mesh(index)))
         self.body = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: capped(self.surface(index)))
 
     def __len__(self) -> int:
@@ -87,7 +87,7 @@ class Frames:
 
 
 def _parsed(data: bytes, path: Path) -> dict[str, np.ndarray]:
-    mesh = sewn(merged(parse_mesh(data, path))[0])
-    mesh = turned_round(mesh, patches_turned(mesh))
-    inside_out = bodies_turned(mesh)
-    return {"vertices": mesh.vertices, "triangles": turned_round(mesh, inside_out).triangles, "inside_out": inside_out.any()}
+    mesh = stitched(merged(parse_mesh(data, path))[0])
+    mesh = reoriented(mesh, flipped_patches(mesh))
+    inside_out = inside_out_bodies(mesh)
+    return {"vertices": mesh.vertices, "triangles": reoriented(mesh, inside_out).triangles, "inside_out": inside_out.any()}

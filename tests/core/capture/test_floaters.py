@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.capture.floaters import without_specks
+from refmesh_addon.core.capture.floaters import without_floaters
 from refmesh_addon.core.types import TriangleMesh
 
 from ..shapes import above, ball, box, inside_out, joined, moved, without
@@ -18,7 +18,7 @@ def test_a_floating_bit_goes(scale, first):
     bit = ball(1, 0.03, (1.3, 0.0, 0.0))
     open_bit = moved(without(bit, above(bit, 0.01)), shift=(0.0, 0.5, 0.0))
     pieces = (bit, inside_out(open_bit))
-    found = without_specks(moved(joined(*pieces, BODY) if first else joined(BODY, *pieces), scale=scale))
+    found = without_floaters(moved(joined(*pieces, BODY) if first else joined(BODY, *pieces), scale=scale))
     assert_array_equal(found.vertices, scale * BODY.vertices)
     assert_array_equal(found.triangles, BODY.triangles)
 
@@ -32,13 +32,13 @@ def test_a_floating_bit_goes(scale, first):
 )
 def test_what_may_be_a_body_stays(piece):
     mesh = joined(BODY, piece)
-    assert without_specks(mesh) is mesh
+    assert without_floaters(mesh) is mesh
 
 
 def test_what_makes_up_the_capture_stays():
     drops = joined(*(ball(0, 0.05, (x, y, z)) for x in range(10) for y in range(10) for z in range(45)))
-    assert without_specks(drops) is drops
+    assert without_floaters(drops) is drops
 
 
 def test_one_piece_comes_back_as_it_is():
-    assert without_specks(BODY) is BODY
+    assert without_floaters(BODY) is BODY

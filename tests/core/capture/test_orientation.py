@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.capture.orientation import bodies_turned, patches_turned, turned_round
+from refmesh_addon.core.capture.orientation import flipped_patches, inside_out_bodies, reoriented
 from refmesh_addon.core.types import TriangleMesh
 
 from ..shapes import above, ball, box, flipped, inside_out, joined, torus, without
@@ -17,16 +17,16 @@ from ..shapes import above, ball, box, flipped, inside_out, joined, torus, witho
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
 def test_flipped_triangles_are_turned_back(mesh, share):
     chosen = np.random.default_rng(0).random(len(mesh.triangles)) < share
-    found = turned_round(flipped(mesh, chosen), patches_turned(flipped(mesh, chosen)))
-    assert not patches_turned(found).any(), "once is enough"
+    found = reoriented(flipped(mesh, chosen), flipped_patches(flipped(mesh, chosen)))
+    assert not flipped_patches(found).any(), "once is enough"
     assert_array_equal(found.triangles, mesh.triangles)
 
 
 def test_an_inside_out_body_is_turned_and_a_hollow_is_not():
     apart = joined(ball(2), inside_out(box(center=(4, 0, 0))))
-    assert_array_equal(bodies_turned(apart), np.arange(len(apart.triangles)) >= len(ball(2).triangles))
-    assert not bodies_turned(joined(ball(2), inside_out(ball(1, 0.5)))).any()
-    assert bodies_turned(inside_out(torus())).all()
+    assert_array_equal(inside_out_bodies(apart), np.arange(len(apart.triangles)) >= len(ball(2).triangles))
+    assert not inside_out_bodies(joined(ball(2), inside_out(ball(1, 0.5)))).any()
+    assert inside_out_bodies(inside_out(torus())).all()
 
 
 def test_a_surface_with_one_side_is_left_alone():
@@ -37,4 +37,4 @@ def test_a_surface_with_one_side_is_left_alone():
     after = np.where(k < 19, k + 1, 20)
     other = np.where(k < 19, k + 21, 0)
     moebius = TriangleMesh(vertices, np.vstack([np.stack([k, after, k + 20], axis=1), np.stack([after, other, k + 20], axis=1)]))
-    assert not patches_turned(moebius).any()
+    assert not flipped_patches(moebius).any()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from refmesh_addon.core.capture.seams import sewn
+from refmesh_addon.core.capture.seams import stitched
 from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume
 from refmesh_addon.core.types import TriangleMesh
 
@@ -21,7 +21,7 @@ def cut_up(mesh, gap):
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_a_seam_open_by_a_hair_is_closed(scale):
     body = moved(ball(), scale=scale)
-    closed = sewn(cut_up(body, 5e-5 * body.diagonal))
+    closed = stitched(cut_up(body, 5e-5 * body.diagonal))
     assert is_watertight(closed)
     assert len(closed.vertices) == len(body.vertices)
     assert_allclose(signed_volume(closed), signed_volume(body), rtol=1e-3)
@@ -30,12 +30,12 @@ def test_a_seam_open_by_a_hair_is_closed(scale):
 def test_what_needs_no_sewing_comes_back_as_it_is():
     body = ball()
     for mesh in (body, without(body, above(body, 0.7))):
-        assert sewn(mesh) is mesh
+        assert stitched(mesh) is mesh
 
 
 def test_a_wide_gap_stays_open():
     body = ball()
-    assert len(sewn(cut_up(body, 5e-3 * body.diagonal)).vertices) > 2 * len(body.vertices)
+    assert len(stitched(cut_up(body, 5e-3 * body.diagonal)).vertices) > 2 * len(body.vertices)
 
 
 def test_a_fine_rim_is_not_gathered():
@@ -43,4 +43,4 @@ def test_a_fine_rim_is_not_gathered():
     turns = np.linspace(0.0, 2 * np.pi, 50_000, endpoint=False)
     rim, around = np.column_stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)]), np.arange(len(turns))
     disc = TriangleMesh(np.vstack([rim, np.zeros((1, 3))]), np.column_stack([around, np.roll(around, -1), np.full(len(rim), len(rim))]))
-    assert sewn(disc) is disc
+    assert stitched(disc) is disc
