@@ -14,16 +14,16 @@ import argparse
 import json
 import os
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import TextIO
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 EXIT_FAILED, EXIT_USAGE = 1, 2
-STEPS = ("import_sequence", "run_all")  # the operators whose arguments become options
-EXPORT_OPTIONS = ("first", "last", "step")  # arguments of the export operator that become --export-...
+STEPS = ("import_sequence", "import_scene", "run_all")  # the operators whose arguments become options
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
+NOT_EXPORT_OPTIONS = {"format", "directory", "scope"}  # of the export operator; its other arguments become --export-...
 AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
-SCENE_FILES = {".abc": "alembic", ".usd": "usd", ".usda": "usd", ".usdc": "usd", ".usdz": "usd"}  # Blender's own importers read these
 CHECK_TEXT, CHECK_DATA = "sequence_check.txt", "sequence_check.json"  # in OUT
 NOT_RESULTS = "cache"  # folder in OUT that only helps the next run
 
@@ -112,10 +112,8 @@ def make_parser(bpy) -> argparse.ArgumentParser:
     parser.add_argument(
         "--export", action="append", default=[], choices=formats.keys(), help=f"{choices_in_words(formats)}; may be repeated"
     )
-    for name, argument in operator_arguments(bpy, "export").items():
-        if name in EXPORT_OPTIONS:
-            add_option(parser, argument, "export_")
-    parser.add_argument("--object", default="", metavar="NAME", help="which object of an .abc or .usd file; needed where there are several")
+    for argument in export_arguments(bpy).values():
+        add_option(parser, argument, "export_")
     parser.add_argument("--preview", metavar="FILE.png", help="picture of source, reference mesh and result")
     parser.add_argument(
         "--check", action="store_true", help="only look at every frame and print what is wrong; exit code 1 when the job would fail"
@@ -128,6 +126,11 @@ def operator_arguments(bpy, name: str) -> dict:
     """name -> RNA property of each argument of an operator that becomes an option."""
     properties = getattr(bpy.ops.refmesh, name).get_rna_type().properties
     return {item.identifier: item for item in properties if not (item.is_hidden or item.type == "POINTER" or item.identifier in RENAMED)}
+
+
+def export_arguments(bpy) -> dict:
+    """name -> RNA property of each argument of the export operator that becomes an option, those of single formats among them."""
+    return {name: argument for name, argument in operator_arguments(bpy, "export").items() if name not in NOT_EXPORT_OPTIONS}
 
 
 def add_option(parser: argparse.ArgumentParser, argument, prefix: str = "") -> None:
@@ -178,8 +181,10 @@ def run(bpy, arguments: dict) -> None:
     passed = {
         step: {name: arguments[name] for name in operator_arguments(bpy, step) if name in arguments} for step in (*STEPS, "check_sequence")
     }
-    if Path(arguments["input"]).suffix.lower() in SCENE_FILES:
-        import_scene_file(bpy, os.path.abspath(arguments["input"]), output, arguments["object"])
+    if is_scene_file(bpy, arguments["input"]):
+        operators.import_scene(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_scene"])
+        scene = bpy.context.scene
+        operators.import_object(output=output, first=max(scene.frame_start, 0), last=scene.frame_end)
     else:
         operators.import_sequence(filepath=os.path.abspath(arguments["input"]), empty_scene=True, **passed["import_sequence"])
     if arguments["check"]:
@@ -188,33 +193,18 @@ def run(bpy, arguments: dict) -> None:
     for kind in arguments["export"]:
         operators.export(format=kind, only_check=True)  # before hours of work
     operators.run_all(output=output, quiet=arguments["quiet"], **passed["run_all"])
-    cut = {name: arguments[f"export_{name}"] for name in EXPORT_OPTIONS if f"export_{name}" in arguments}
+    options = {name: arguments[f"export_{name}"] for name in export_arguments(bpy) if f"export_{name}" in arguments}
     for kind in arguments["export"]:
-        operators.export(format=kind, **cut)
+        operators.export(format=kind, **options)
     if arguments["preview"]:
         operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
     operators.save_scene(filepath=os.path.join(output, "scene.blend"))
 
 
-def import_scene_file(bpy, path: str, output: str, name: str) -> None:
-    """One animated object of an Alembic or USD file as the sequence; its frames are written into the output folder."""
-    kind = SCENE_FILES[Path(path).suffix.lower()]
-    if not getattr(bpy.app.build_options, kind):
-        raise RuntimeError(f"{path}: this Blender cannot read it; use another Blender, or a mesh file for each frame")
-    if not os.path.isfile(path):
-        raise RuntimeError(f"{path}: no such file")
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    if kind == "alembic":
-        bpy.ops.wm.alembic_import(filepath=path, set_frame_range=True, as_background_job=False)
-    else:
-        bpy.ops.wm.usd_import(filepath=path, set_frame_range=True)
-    meshes = {member.name: member for member in bpy.context.scene.objects if member.type == "MESH"}
-    if name not in meshes and (name or len(meshes) != 1):
-        found = f"has the mesh objects {', '.join(sorted(meshes))}" if meshes else "has no mesh object"
-        raise RuntimeError(f"{path}: {found}; name one of them with --object")
-    bpy.context.view_layer.objects.active = meshes[name] if name else next(iter(meshes.values()))
-    scene = bpy.context.scene
-    bpy.ops.refmesh.import_object(output=output, first=max(scene.frame_start, 0), last=scene.frame_end)
+def is_scene_file(bpy, path: str) -> bool:
+    """Whether the input is a file that holds an animated scene, by its extension."""
+    patterns = bpy.ops.refmesh.import_scene.get_rna_type().properties["filter_glob"].default
+    return any(fnmatch(path.lower(), pattern) for pattern in patterns.split(";"))
 
 
 def written(arguments: dict) -> list[str]:

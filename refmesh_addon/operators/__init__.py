@@ -1,4 +1,4 @@
-"""Operators: gather what is asked for, call, show. One operator serves button, script and render farm."""
+"""Operators: collect the arguments, call, show the result. One operator serves button, script and render farm."""
 
 import bpy
 
@@ -13,6 +13,7 @@ from . import (
     object_sequence,
     picture,
     scene,
+    scene_file,
     sequence,
     settings,
     steps,
@@ -20,8 +21,25 @@ from . import (
     view,
 )
 
-PARTS = (sequence, object_sequence, check, edit, bodies, modal, settings, steps, timeline, view, export, picture, scene, installation, help)
-CLASSES = tuple(cls for part in PARTS for cls in part.CLASSES)
+MODULES = (
+    sequence,
+    scene_file,
+    object_sequence,
+    check,
+    edit,
+    bodies,
+    modal,
+    settings,
+    steps,
+    timeline,
+    view,
+    export,
+    picture,
+    scene,
+    installation,
+    help,
+)
+CLASSES = tuple(cls for module in MODULES for cls in module.CLASSES)
 
 
 def register():

@@ -1,15 +1,17 @@
-"""Deformed meshes out to other programs."""
+"""Exports the deformed meshes to other programs."""
 
 import os
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
-from ..bridge.exports.choice import choose
-from ..bridge.exports.export import FORMATS, check_available, export_sequence
+from ..bridge.formats import registry
+from ..bridge.formats.choice import choose
+from ..bridge.formats.export import Export
 from ..core.errors import RefMeshError
 from ..properties import sequence_object
 from .common import SequenceOperator, absolute, reporting
+from .format_options import argument_names, chosen_options, format_arguments
 
 SCOPES = [
     ("SEQUENCE", "Sequence", "All groups of the sequence"),
@@ -25,12 +27,14 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
     bl_label = "Export"
 
     format: EnumProperty(
-        name="Format", description="File format", items=[(key, key.upper(), words) for key, words in FORMATS.items()], default="pc2"
+        name="Format",
+        description="File format",
+        items=[(known.name, known.label, known.contents) for known in registry.written_formats()],
     )
     directory: StringProperty(
         name="Folder", description="Where to write; empty takes 'export' in the output folder", subtype="DIR_PATH", options={"SKIP_SAVE"}
     )
-    scope: EnumProperty(name="What", description="What is exported", items=SCOPES, default="SEQUENCE", options={"SKIP_SAVE"})
+    scope: EnumProperty(name="Scope", description="What is exported", items=SCOPES, default="SEQUENCE", options={"SKIP_SAVE"})
     first: IntProperty(
         name="First Frame", description="Scene frame to begin with; 0 takes the first of the sequence", min=0, options={"SKIP_SAVE"}
     )
@@ -39,14 +43,15 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
     )
     step: IntProperty(
         name="Frame Step",
-        description="Export every so many frames; Alembic and USD hold every frame",
+        description="Export every Nth frame; Alembic and USD hold every frame",
         default=1,
         min=1,
         options={"SKIP_SAVE"},
     )
     only_check: BoolProperty(
-        name="Only Check", description="Only say whether this Blender can write the format", options={"HIDDEN", "SKIP_SAVE"}
+        name="Only Check", description="Only check that this Blender can write the format", options={"HIDDEN", "SKIP_SAVE"}
     )
+    __annotations__ |= format_arguments(registry.written_formats())
 
     def invoke(self, context, event):
         frames = sequence_object(context).refmesh.frames
@@ -55,7 +60,7 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        check_available(self.format)
+        registry.check_available(registry.FORMATS[self.format])
         if self.only_check:
             return {"FINISHED"}
         member = context.active_object if self.scope == "OBJECT" else None
@@ -67,21 +72,23 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
-        for name in ("format", "scope", "first", "last", "step", "directory"):
+        options = argument_names(registry.FORMATS[self.format]).values()
+        for name in ("format", *options, "scope", "first", "last", "step", "directory"):
             layout.prop(self, name)
 
     def _export(self, owner, choice):
+        known = registry.FORMATS[self.format]
         results = absolute(owner.refmesh.output)
         folder = absolute(self.directory) if self.directory else results / "export"
-        return export_sequence(owner, self.format, choice, results, folder)
+        return registry.write(known, Export(owner, choice, results, folder, chosen_options(self.properties, known)))
 
     def _owners(self, context):
         if self.scope != "COLLECTION":
             return [sequence_object(context)]
-        found = [member for member in context.collection.all_objects if member.refmesh.frames]
-        if not found:
+        owners = [member for member in context.collection.all_objects if member.refmesh.frames]
+        if not owners:
             raise RefMeshError(f"the collection '{context.collection.name}' holds no mesh sequence; click another one in the outliner")
-        return found
+        return owners
 
 
 CLASSES = (REFMESH_OT_export,)

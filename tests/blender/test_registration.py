@@ -53,7 +53,8 @@ def draw_nothing(self, context):
 def test_core_and_pipeline_do_not_import_bpy():
     code = (
         "import sys; sys.modules['bpy'] = None;"
-        "import refmesh_addon.core.settings, refmesh_addon.io.sequence, refmesh_addon.pipeline.client, refmesh_addon.pipeline.worker"
+        "import refmesh_addon.core.settings, refmesh_addon.io.sequence;"
+        "import refmesh_addon.pipeline.process.client, refmesh_addon.pipeline.process.worker"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
 

@@ -99,7 +99,7 @@ def test_errors_stay_shown_when_results_are_loaded_again(blender, solved):
 
 def test_colors_of_a_file_without_them_are_refused_in_words(tmp_path):
     write_ply(tmp_path / "plain.ply", reference(0))
-    for name, words in (("plain.ply", "holds no colours"), ("gone.ply", "cannot be read")):
+    for name, words in (("plain.ply", "holds no colors"), ("gone.ply", "cannot be read")):
         with pytest.raises(Exception, match=words):
             read_colors(tmp_path / name)
 

@@ -20,7 +20,7 @@ FLOORS = {
 ROOMS = {
     "core": ["evaluation", "deformation", "reference", "tracking", "surfacing", "capture", "geometry"],
     "pipeline": ["process", "stages", "session"],
-    "bridge": ["picture", "exports", "results", "sequence", "scene"],
+    "bridge": ["picture", "formats", "results", "sequence", "scene"],
 }
 # Files that stand beside the rooms and compose them, above all of them.
 ABOVE_ROOMS = {"pipeline": {"run"}, "bridge": {"handlers"}}

@@ -1,4 +1,4 @@
-"""What of a sequence is exported: which groups, and which scene frames."""
+"""Which groups and which scene frames of a sequence are exported."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..results.groups import spans
 
 @dataclass(frozen=True)
 class Choice:
-    """groups : index of each group -> the scene frames of it that are wanted, at least one.  first, last, step : of the scene frames."""
+    """groups : index of each group -> its chosen scene frames, at least one.  first, last, step : of the scene frames."""
 
     groups: dict[int, tuple[int, ...]]
     first: int
@@ -30,12 +30,12 @@ def choose(owner: bpy.types.Object, first: int, last: int, step: int, member: bp
         raise RefMeshError(f"{state.root.name}: no deformed meshes to export; run the Deform step first")
     start, end = state.frames[0].scene_frame, state.frames[-1].scene_frame
     first, last = max(first, start) if first else start, min(last, end) if last else end
-    wanted = range(first, last + 1, step)
-    if not wanted:
+    chosen = range(first, last + 1, step)
+    if not chosen:
         raise RefMeshError(f"no frames to export: the sequence has {start} to {end}, asked for were {first} to {last}")
     groups = {}
     for index, (low, high) in enumerate(spans(owner)):
-        within = [frame for frame in wanted if (low is None or frame >= low) and (high is None or frame < high)]
+        within = [frame for frame in chosen if (low is None or frame >= low) and (high is None or frame < high)]
         if within and (member is None or member in (state.groups[index].deformed, state.groups[index].reference)):
             groups[index] = tuple(within)
     if not groups:

@@ -1,7 +1,7 @@
-"""Copies of the deformed objects made for one export and removed after it.
+"""Copies of the deformed objects that exist for one export.
 
-Exporters either leave out frames in which an object is hidden, and shift the rest (Alembic), or know no visibility
-(glTF), and importers ignore it. So outside its own frames a stand-in is scaled to nothing, which all of them carry.
+Exporters either leave out frames in which an object is hidden and shift the rest (Alembic), or do not support visibility
+(glTF), and importers ignore it. So outside its own frames a stand-in is scaled to zero, which all formats can express.
 """
 
 from __future__ import annotations
@@ -64,17 +64,17 @@ def _copy_of(owner: bpy.types.Object, index: int, root: bpy.types.Object) -> bpy
     return copy
 
 
-def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int, wanted: tuple[int, ...]) -> None:
-    """The first wanted frame is the basis that the others are added to; each is full from its own frame on to the next one.
+def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int, frames: tuple[int, ...]) -> None:
+    """The first chosen frame is the basis that the others are added to; each is full from its own frame on to the next one.
 
     Frames beyond the samples of the cache hold the last one and need no key.
     """
     samples = dict(enumerate(read_pc2(cache_path(copy)), first_scene_frame))
-    wanted = tuple(frame for frame in wanted if frame in samples) or (max(samples),)
-    copy.data.attributes["position"].data.foreach_set("vector", samples[wanted[0]].ravel())  # what is written where there is one frame
-    for frame, after in zip(wanted, (*wanted[1:], None), strict=True):
+    frames = tuple(frame for frame in frames if frame in samples) or (max(samples),)
+    copy.data.attributes["position"].data.foreach_set("vector", samples[frames[0]].ravel())  # what is written where there is one frame
+    for frame, after in zip(frames, (*frames[1:], None), strict=True):
         key = copy.shape_key_add(name=str(frame), from_mix=False)
         key.data.foreach_set("co", samples[frame].ravel())
-        if frame != wanted[0]:
+        if frame != frames[0]:
             key_between(key, "value", (frame, after), inside=1.0, outside=0.0)
     copy.modifiers.clear()

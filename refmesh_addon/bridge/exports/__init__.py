@@ -1,1 +1,0 @@
-"""Results written to files by Blender."""

@@ -1,0 +1,36 @@
+"""One export: what of a sequence goes where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from .choice import Choice
+
+
+@dataclass(frozen=True)
+class Export:
+    """What `Format.write` takes.
+
+    owner : the sequence object.  choice : its groups and scene frames.  results : output folder of the run, where reference
+    meshes, point caches, deformed frames and report.json are.  folder : to write to; exists when `write` is called.
+    options : instance of `Format.options`; None for a format without options.
+    """
+
+    owner: bpy.types.Object
+    choice: Choice
+    results: Path
+    folder: Path
+    options: Any = None
+
+    @property
+    def name(self) -> str:
+        """Name of the sequence as a file name."""
+        return bpy.path.clean_name(self.owner.refmesh.root.name)
+
+    def target(self, extension: str) -> Path:
+        """The file that the whole sequence is written to."""
+        return self.folder / f"{self.name}{extension}"

@@ -1,0 +1,39 @@
+"""Reference mesh and point cache of each group, as they are in the output folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...io.formats import Format
+from ...io.pc2 import pc2_shape, read_pc2, write_pc2
+from ...io.report import read_report
+from .export import Export
+from .files import check_result, copy_result
+
+
+def write(export: Export) -> list[Path]:
+    """A .pc2 and a .ply for each group. Samples that are not chosen are left out."""
+    written = []
+    report = read_report(export.results)
+    for index, frames in export.choice.groups.items():
+        group, stem = report["groups"][index], f"{export.name}_group_{index:03d}"
+        samples = [frame - export.owner.refmesh.groups[index].start for frame in frames]
+        written.append(_copy_samples(export.results / group["playback"], export.folder / f"{stem}.pc2", samples))
+        written.append(copy_result(export.results / group["reference"], export.folder / f"{stem}.ply"))
+    return written
+
+
+def _copy_samples(cache: Path, target: Path, samples: list[int]) -> Path:
+    """Copies some samples of a point cache, whose last one is held beyond its end; the file as it is when it is all of them."""
+    check_result(cache)
+    count, points = pc2_shape(cache)
+    chosen = {min(index, count - 1) for index in samples}
+    if len(chosen) == count:
+        return copy_result(cache, target)
+    write_pc2(target, (sample for index, sample in enumerate(read_pc2(cache)) if index in chosen), points, len(chosen))
+    return target
+
+
+FORMAT = Format(
+    "pc2", "Point Cache (PC2)", (".pc2",), write=write, contents="Reference mesh (PLY) and point cache (PC2) of each group"
+)

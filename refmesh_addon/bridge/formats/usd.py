@@ -1,0 +1,54 @@
+"""Universal Scene Description, by Blender's own importer and exporter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...io.formats import Format
+from .export import Export
+from .files import check_disk_space, replacing
+from .velocities import moving_stand_ins
+
+EXTENSIONS = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def unavailable() -> str:
+    """Why this Blender has no USD."""
+    return "" if bpy.app.build_options.usd else "this Blender was built without USD"
+
+
+def load(path: Path) -> None:
+    """All objects of the file; the scene takes its frame range."""
+    bpy.ops.wm.usd_import(filepath=str(path), set_frame_range=True)
+
+
+def write(export: Export) -> list[Path]:
+    """All groups in one file, each seen in its own frames only, with velocities."""
+    target = export.target(EXTENSIONS[0])
+    check_disk_space(export, target)
+    with moving_stand_ins(export), replacing(target) as partial:
+        bpy.ops.wm.usd_export(
+            filepath=str(partial),
+            selected_objects_only=True,
+            export_animation=True,
+            export_normals=False,
+            export_uvmaps=False,
+            export_materials=False,
+            convert_world_material=False,
+            check_existing=False,
+        )
+    return [target]
+
+
+FORMAT = Format(
+    "usd",
+    "USD",
+    EXTENSIONS,
+    load=load,
+    write=write,
+    contents="Universal Scene Description, all groups in one file, with velocities",
+    every_frame=True,  # Blender's exporter has no step
+    unavailable=unavailable,
+)
