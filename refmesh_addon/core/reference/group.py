@@ -14,7 +14,8 @@ from ..surfacing.reconstruction import reconstruction_depth, screened_poisson
 from ..surfacing.remeshing import remeshed
 from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
-from .alignment import AnchorFrame, align
+from .alignment import align
+from .anchor_frame import AnchorFrame
 from .budget import oriented_points, supported
 from .mapping import FrameMap
 from .reference_centers import ReferenceCenters, reference_centers
@@ -90,7 +91,7 @@ def anchor_frame(mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, s
     """
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     mapped = frame.to(group.positions)
-    return AnchorFrame.of(mapped, frame.whole(mapped), len(centers))
+    return AnchorFrame.of(mapped, frame.whole(mapped), group.affinity)
 
 
 def align_frame(
@@ -103,7 +104,7 @@ def align_frame(
     """
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
-    points, normals = oriented_points(aligned.mesh, frame.whole(aligned.mesh), count, np.random.default_rng(0))
+    points, normals = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
     return AlignedFrame(aligned.targets, points, normals, aligned.before, aligned.after)
 
 
