@@ -17,7 +17,7 @@ import numpy as np
 
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
-from refmesh_addon.io.sequence import find_sequence
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.parallel import Workers
 
 from .grouped import Reference, Take, extracted, judged, processes, tracked_take

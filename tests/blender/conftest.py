@@ -15,11 +15,11 @@ from refmesh_addon.core.evaluation.error_scale import error_colors
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.tracking.center_figures import center_figures
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.pc2 import write_pc2
 from refmesh_addon.io.ply import write_ply
 from refmesh_addon.io.report import FrameReport, GroupReport, Report
-from refmesh_addon.io.sequence import find_sequence
 
 needs_bpy_module = pytest.mark.skipif(bool(bpy.app.binary_path), reason="starts a Python with bpy, which only the bpy package has")
 NUMBERS = (6, 7, 8, 10, 11)  # 9 is missing

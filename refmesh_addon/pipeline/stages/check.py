@@ -13,11 +13,11 @@ import numpy as np
 from ...core.capture.diagnosis import FrameFigures, diagnose, examine
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
+from ...io.discovery import find_sequence
 from ...io.files import output_folder
 from ...io.findings import write_findings
 from ...io.meshes import parse_mesh, read_bytes
 from ...io.preview import PreviewMesh, preview_path, read_arrays, remove_other_previews, write_preview
-from ...io.sequence import find_sequence
 from ...io.textures import missing_textures
 from ..session.job import CHECK, JobSpec
 from ..session.parallel import Workers
