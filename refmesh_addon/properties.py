@@ -9,7 +9,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .core.errors import RefMeshError
-from .core.findings import FIGURES
+from .core.findings import CENTER_ATTRIBUTES
 from .core.settings import EDITS, PRESETS, Settings, flat_fields
 
 STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
@@ -152,7 +152,7 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         description="What the colors of the centers say",
         items=[
             ("PLACE", "Place", "Where a center is in the first frame, so that one can see what went where"),
-            *((name.upper(), title(name), words) for name, words in FIGURES.items()),
+            *((name.upper(), title(name), words) for name, words in CENTER_ATTRIBUTES.items()),
         ],
         update=restyle,
     )

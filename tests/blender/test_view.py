@@ -9,7 +9,7 @@ import pytest
 from refmesh_addon.bridge.results.center_colors import colors_by_number, colors_by_size
 from refmesh_addon.bridge.scene.meshes import COLOR_NAME
 from refmesh_addon.core.evaluation.error_scale import to_linear
-from refmesh_addon.core.findings import FIGURES
+from refmesh_addon.core.findings import CENTER_ATTRIBUTES
 from refmesh_addon.io.ply import read_colors, write_ply
 
 from .conftest import CENTERS, place, reference
@@ -21,7 +21,7 @@ def colors(member: bpy.types.Object) -> np.ndarray:
     return flat.reshape(-1, 4)
 
 
-@pytest.mark.parametrize("choice", [name.upper() for name in FIGURES])
+@pytest.mark.parametrize("choice", [name.upper() for name in CENTER_ATTRIBUTES])
 def test_centers_take_the_colors_of_a_figure_and_say_what_they_mean(solved, choice):
     before = colors(solved.refmesh.centers)
     solved.refmesh.center_color = choice

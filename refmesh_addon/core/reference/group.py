@@ -16,10 +16,11 @@ from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
 from .alignment import align
 from .anchor_frame import AnchorFrame
-from .budget import oriented_points, supported
 from .mapping import FrameMap
+from .oriented_points import oriented_points
 from .reference_centers import ReferenceCenters, reference_centers
 from .separation import bodies_of, set_apart, within_bodies
+from .support import without_bubbles
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,6 @@ def build_reference(
 ) -> ReferenceMesh:
     """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
     depth = depth or reconstruction_depth(anchor_mesh, triangles)
-    surface = supported(screened_poisson(points, normals, depth), points, spacing)
+    surface = without_bubbles(screened_poisson(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)
     return ReferenceMesh(mesh, int(crossing_triangles(mesh).sum()))
