@@ -7,7 +7,7 @@ from refmesh_addon.core.geometry.triangle_pieces import COARSEST, bisected, long
 
 from ..shapes import ball, box, joined
 
-MESH = joined(ball(2, 0.3), box(), box((1e-3, 1.0, 2.0), center=(5.0, 0.0, 0.0)))
+MESH = joined(ball(3, 0.6), box(), box((1e-3, 1.0, 2.0), center=(5.0, 0.0, 0.0)))
 AXES = np.ascontiguousarray(MESH.vertices.T)
 TRIANGLES, LONGEST = longest_edge_first(AXES, MESH.triangles.T)
 
