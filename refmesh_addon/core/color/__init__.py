@@ -1,0 +1,1 @@
+"""Color on one layout: texels, baking, exposure, one steady texture, and drift seen by color."""

@@ -1,0 +1,44 @@
+"""Texels of a layout: all that are covered, their places, their seeds and their gutters."""
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from refmesh_addon.core.color.texels import STRIDE, Texels
+
+from .painted import cube_sphere
+
+SIZE = 96
+MESH, LAYOUT = cube_sphere(5)
+TEXELS = Texels.of(LAYOUT, SIZE)
+
+
+def test_every_pixel_is_a_texel_or_gutter():
+    assert np.array_equal(np.sort(np.concatenate([TEXELS.pixels, TEXELS.gutter])), np.arange(SIZE * SIZE))
+
+
+def test_texels_are_where_their_pixels_are_in_the_layout():
+    uvs = LAYOUT.corners[TEXELS.triangles]
+    place = uvs[:, 0] + TEXELS.shares[:, :1] * (uvs[:, 1] - uvs[:, 0]) + TEXELS.shares[:, 1:] * (uvs[:, 2] - uvs[:, 0])
+    row, column = np.divmod(TEXELS.pixels, SIZE)
+    assert_allclose(place * SIZE, np.stack([column + 0.5, SIZE - row - 0.5], axis=1), atol=1e-3)
+
+
+def test_points_lie_on_the_mesh():
+    radius = np.linalg.norm(TEXELS.points(MESH), axis=1)
+    assert 0.9 < radius.min() and radius.max() < 1.0 + 1e-6
+
+
+def test_seeds_are_near_and_on_the_same_chart():
+    seeds = TEXELS.seeds[TEXELS.seed_of]
+    charts = LAYOUT.charts()
+    assert np.array_equal(charts[TEXELS.triangles[seeds]], charts[TEXELS.triangles])
+    apart = np.array(np.divmod(TEXELS.pixels[seeds], SIZE)) - np.array(np.divmod(TEXELS.pixels, SIZE))
+    assert np.abs(apart).max() < STRIDE
+
+
+def test_gutters_take_the_nearest_texel():
+    image = TEXELS.image(np.arange(len(TEXELS.pixels)))
+    row, column = np.divmod(TEXELS.pixels, SIZE)
+    for pixel in TEXELS.gutter[:: len(TEXELS.gutter) // 50]:
+        distance = (row - pixel // SIZE) ** 2 + (column - pixel % SIZE) ** 2
+        assert distance[image.ravel()[pixel]] == distance.min()
