@@ -1,0 +1,68 @@
+"""Embedded images, texture coordinates and vertex colors of a GLB file, read by trimesh."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+
+from ..core.color.appearance import Appearance
+from ..core.types import TriangleMesh
+from .images import eight_bits
+from .texture_files import TextureFiles
+
+
+def glb_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
+    """What colors a GLB; None for nothing. trimesh turns glTF's v, which counts from the top, the right way up."""
+    import trimesh
+
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="glb", process=False)
+    parts, images = [], _Images()
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        part = scene.geometry[name]
+        if isinstance(part, trimesh.Trimesh):
+            parts.append(_part(part, transform, images))
+    if not parts or not images.arrays and all((colors == 255).all() for _, _, _, _, colors in parts):
+        return None
+    starts = np.cumsum([0] + [len(part[0]) for part in parts])
+    vertices, triangles, uvs, materials, colors = zip(*parts)
+    mesh = TriangleMesh(np.concatenate(vertices), np.concatenate([part + start for part, start in zip(triangles, starts)]))
+    return Appearance(mesh, np.concatenate(uvs), np.concatenate(materials), np.concatenate(colors), tuple(images.arrays))
+
+
+class _Images:
+    """Images by identity, each brought to an array once."""
+
+    def __init__(self):
+        self.arrays: list[np.ndarray] = []
+        self._known: dict[int, int] = {}
+
+    def place(self, image) -> int:
+        if image is None:
+            return -1
+        if id(image) not in self._known:
+            self._known[id(image)] = len(self.arrays)
+            self.arrays.append(eight_bits(image))
+        return self._known[id(image)]
+
+
+def _part(part, transform: np.ndarray, images: _Images) -> tuple[np.ndarray, ...]:
+    """Vertices, triangles, uvs, materials and colors of one object in its place."""
+    mirrored = np.linalg.det(transform[:3, :3]) < 0
+    faces = np.asarray(part.faces[:, ::-1] if mirrored else part.faces, dtype=np.int64)
+    vertices = part.vertices @ transform[:3, :3].T + transform[:3, 3]
+    visual = part.visual
+    material, uv = getattr(visual, "material", None), getattr(visual, "uv", None)
+    image = None if uv is None else getattr(material, "baseColorTexture", None)
+    uvs = np.zeros((len(faces), 3, 2), np.float32) if uv is None else np.asarray(uv, np.float32)[faces]
+    return vertices, faces, uvs, np.full(len(faces), images.place(image)), _colors(visual, material, faces)
+
+
+def _colors(visual, material, faces: np.ndarray) -> np.ndarray:
+    """(T, 3, 3) uint8: vertex colors, else the material's base color, else white."""
+    if visual.kind == "vertex":
+        return np.asarray(visual.vertex_colors, np.uint8)[:, :3][faces]
+    factor = getattr(material, "baseColorFactor", None)
+    color = np.full(3, 255, np.uint8) if factor is None else np.asarray(factor, np.uint8)[:3]
+    return np.broadcast_to(color, (len(faces), 3, 3)).copy()

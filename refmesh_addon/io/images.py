@@ -1,0 +1,87 @@
+"""Pictures in and out, by Pillow, which only the worker process loads."""
+
+from __future__ import annotations
+
+import io
+import stat
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import RefMeshError
+from .files import atomic_file
+
+EXTENSIONS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".tga", ".bmp", ".webp")
+LARGEST = 8192  # pixels along a side that are kept: 200 MB; larger pictures are halved until they fit
+MOST = 16384  # pixels along a side that are read at all: 800 MB
+JPEG_QUALITY = 95
+PNG_EFFORT = 3  # of zlib, 0 to 9: beyond that files shrink by a few percent and take twice as long
+
+
+def images_available() -> bool:
+    """Whether Pillow is installed; looks without loading it."""
+    return find_spec("PIL") is not None
+
+
+def read_regular(path: Path) -> bytes:
+    """All bytes of a regular file; raises OSError for a device, a pipe or a folder, which are never opened."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError("it is not a regular file")
+    return path.read_bytes()
+
+
+def decoded(data: bytes, name: str) -> np.ndarray:
+    """(H, W, 3) uint8, first row at the top, of an encoded picture: 16 bit are brought to 8, gray becomes red, green and blue, alpha goes.
+
+    Sides beyond LARGEST are halved, by the mean of four pixels. Raises RefMeshError, with `name`, for what cannot be decoded or is
+    larger than MOST, which is not decoded at all.
+    """
+    from PIL import Image, UnidentifiedImageError  # late: without Pillow everything but color works
+
+    previous, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None  # the limit is ours, below
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            if max(image.size) > MOST:
+                raise RefMeshError(f"{name}: is {image.width} x {image.height} pixels, more than {MOST}; make it smaller")
+            image.draft("RGB", (LARGEST, LARGEST))  # what JPEG can leave out while decoding
+            return eight_bits(image)
+    except UnidentifiedImageError as error:
+        raise RefMeshError(f"{name}: is not a picture that can be read; save it as PNG or JPEG") from error
+    except (OSError, SyntaxError, ValueError, EOFError) as error:  # what Pillow's decoders raise on damaged data
+        raise RefMeshError(f"{name}: cannot be decoded ({error}); is it cut off? Export it again") from error
+    finally:
+        Image.MAX_IMAGE_PIXELS = previous
+
+
+def eight_bits(image) -> np.ndarray:
+    """(H, W, 3) uint8 of a Pillow image of any mode, as in `decoded`."""
+    factor = 1
+    while max(image.size) > LARGEST * factor:
+        factor *= 2
+    if image.mode.startswith(("I", "F")):
+        return _gray(np.asarray(image), factor)
+    if image.mode == "P":
+        image = image.convert("RGBA")
+    if factor > 1:
+        image = image.reduce(factor)
+    return np.array(image.convert("RGB"))
+
+
+def _gray(values: np.ndarray, factor: int) -> np.ndarray:
+    """Sixteen-bit integers, or floats from 0 to 1, of one channel."""
+    whole = values.astype(np.float32)[::factor, ::factor]
+    top = 1.0 if values.dtype.kind == "f" else 65535.0 if whole.max(initial=0) > 255 else 255.0
+    channel = np.clip(np.rint(whole * (255.0 / top)), 0, 255).astype(np.uint8)
+    return np.repeat(channel[:, :, None], 3, axis=2)
+
+
+def write_image(path: str | Path, pixels: np.ndarray) -> None:
+    """(H, W, 3) or (H, W) uint8 as PNG or JPEG, by the extension; the same pixels give the same bytes."""
+    from PIL import Image
+
+    path = Path(path)
+    jpeg = path.suffix.lower() in (".jpg", ".jpeg")
+    options = {"quality": JPEG_QUALITY, "subsampling": 0} if jpeg else {"compress_level": PNG_EFFORT}
+    with atomic_file(path) as file:
+        Image.fromarray(pixels).save(file, "JPEG" if jpeg else "PNG", **options)

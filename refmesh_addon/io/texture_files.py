@@ -1,0 +1,97 @@
+"""Which picture belongs to a frame: the one its file names, or, where that is wrong, the one with its number."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from .images import EXTENSIONS, read_regular
+
+_NUMBER = re.compile(r"[0-9]+(?!.*[0-9])")  # the last one in a name
+_FOREIGN = re.compile(r"[A-Za-z]:/|/")  # a path on the machine that wrote the file
+
+
+class TextureFiles:
+    """The files beside one frame; nothing outside the frame's folder is ever opened.
+
+    notes : sentences about what was refused, missing or chosen in place of something else.
+    """
+
+    def __init__(self, frame: Path):
+        self.frame = frame
+        self.folder = frame.parent.resolve()
+        self.notes: list[str] = []
+
+    def read(self, name: str) -> bytes | None:
+        """Bytes of a file that the frame names, whatever the case of its letters; None, and a note, when it cannot be had."""
+        path = self.find(name)
+        return None if path is None else self._bytes(path)
+
+    def picture(self, name: str, only: bool = True) -> tuple[Path, bytes] | None:
+        """Path and bytes of the picture that the frame names, or of the one with the frame's number where that is not there.
+
+        only : the frame names no other picture. Then one named with another frame's number gives way to that of this frame.
+        """
+        named = self.find(name) if name else None
+        path = (self._renumbered(named) if named and only else None) or named or (self.by_number() if only else None)
+        if path is not None and named is not None and path != named:
+            self.notes.append(f"{self.frame}: names '{name}', which belongs to another frame; {path.name} is used")
+        elif path is not None and named is None and name:
+            self.notes.append(f"{self.frame}: names '{name}', which is not there; {path.name} is used")
+        elif path is None and name:
+            self.notes.append(f"{self.frame}: names '{name}', which is not there; put it beside the frame")
+        data = None if path is None else self._bytes(path)
+        return None if path is None or data is None else (path, data)
+
+    def find(self, name: str) -> Path | None:
+        """The file of this name in the frame's folder or below; paths of other machines are looked up by their last part."""
+        if not name or "\0" in name:
+            return None
+        inside, beside = self.folder / name, self.folder / Path(name).name
+        if _FOREIGN.match(name):
+            return self._other_case(beside)
+        if not inside.resolve().is_relative_to(self.folder):
+            self.notes.append(f"{self.frame}: names '{name}', outside its own folder, which is not opened; put the file beside the frame")
+            return None
+        return self._other_case(inside) or self._other_case(beside)
+
+    def by_number(self) -> Path | None:
+        """The picture with the frame's own name, or the only one with its number."""
+        pictures = [path for path in sorted(self.folder.iterdir()) if path.suffix.lower() in EXTENSIONS and self._inside(path)]
+        same = [path for path in pictures if path.stem.lower() == self.frame.stem.lower()]
+        number = _number(self.frame.stem)
+        numbered = [path for path in pictures if number is not None and _number(path.stem) == number]
+        return same[0] if same else numbered[0] if len(numbered) == 1 else None
+
+    def _renumbered(self, named: Path) -> Path | None:
+        """The sibling of a picture whose name holds the frame's number in place of another; None where there is none."""
+        number, own = _number(self.frame.stem), _number(named.stem)
+        if number is None or own is None or number == own:
+            return None
+        shape = _NUMBER.sub("#", named.stem)
+        siblings = [path for path in sorted(named.parent.iterdir()) if path.suffix.lower() == named.suffix.lower()]
+        fitting = [path for path in siblings if _NUMBER.sub("#", path.stem) == shape and _number(path.stem) == number]
+        return fitting[0] if len(fitting) == 1 and self._inside(fitting[0]) else None
+
+    def _other_case(self, path: Path) -> Path | None:
+        if path.exists():
+            return path if self._inside(path) else None
+        if not path.parent.is_dir():
+            return None
+        same = [other for other in sorted(path.parent.iterdir()) if other.name.lower() == path.name.lower()]
+        return same[0] if same and self._inside(same[0]) else None
+
+    def _inside(self, path: Path) -> bool:
+        return path.resolve().is_relative_to(self.folder)
+
+    def _bytes(self, path: Path) -> bytes | None:
+        try:
+            return read_regular(path)
+        except OSError as error:
+            self.notes.append(f"{path}: cannot be read ({error.strerror or error})")
+            return None
+
+
+def _number(stem: str) -> int | None:
+    match = _NUMBER.search(stem)
+    return int(match[0]) if match else None
