@@ -12,8 +12,8 @@ from refmesh_addon.core.settings import Settings, TrackingSettings
 from refmesh_addon.core.tracking.forward import TrackedFrame, first_frame, next_frame
 from refmesh_addon.core.tracking.volume import Volume, sample_volume
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
-from refmesh_addon.io.sequence import find_sequence
 from refmesh_addon.pipeline.session.parallel import one_ahead
 
 FIELDS = {field.name: field for field in fields(TrackingSettings)}

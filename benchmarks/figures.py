@@ -9,7 +9,7 @@ from pathlib import Path
 from refmesh_addon.io.report import read_report
 
 WAYS = ("source_to_deformed", "deformed_to_source", "visible_to_source")
-FIGURES = ("mean", "p99", "max")
+STATISTICS = ("mean", "p99", "max")
 
 
 def main() -> None:
@@ -26,7 +26,7 @@ def figures(report: dict) -> dict[str, object]:
     """Smallest and largest of the frames, distances in % of the diagonal; of the groups; and the seconds of the whole job."""
     row: dict[str, object] = {"sequence": f"{report['sequence']['name']}, {len(report['frames'])} frames"}
     for way in WAYS:
-        for figure in FIGURES:
+        for figure in STATISTICS:
             values = [100 * frame[way][figure] for frame in report["frames"]]
             row[f"{way}_{figure}"] = [min(values), max(values)]
     groups = report["groups"]

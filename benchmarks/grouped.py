@@ -22,8 +22,8 @@ from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
 from refmesh_addon.core.tracking.affinity import near_pairs
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
-from refmesh_addon.io.sequence import find_sequence
 from refmesh_addon.pipeline.process.worker import SINGLE_THREAD
 from refmesh_addon.pipeline.session.parallel import Workers
 

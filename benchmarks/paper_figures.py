@@ -17,14 +17,14 @@ import numpy as np
 
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
-from refmesh_addon.io.sequence import find_sequence
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.parallel import Workers
 
 from .grouped import Reference, Take, extracted, judged, processes, tracked_take
 
 PIPELINES = {"ours": ReferenceSettings(), "paper": ReferenceSettings(mapping="rbf", least_overlap=0.0)}
 MARKS = {500: "o", 1000: "s", 1500: "^"}  # as in the paper
-FIGURES = (
+REPORTED = (
     "source_to_deformed_mean",
     "source_to_deformed_p99",
     "source_to_deformed_max",
@@ -71,7 +71,7 @@ def main() -> None:
 def measured(take: Take, reference: Reference, workers: Workers) -> dict[str, float]:
     """Distances of the carried mesh, %, over all frames of the group, and the worst IoU."""
     found = judged(take, reference, None, workers)["carried"]
-    return {name: found[name] for name in FIGURES} | {"iou": round(min(reference.after), 3)}
+    return {name: found[name] for name in REPORTED} | {"iou": round(min(reference.after), 3)}
 
 
 def write_table(path: Path, rows: list[dict]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from refmesh_addon.core.geometry.voxels import fill, grid_around
-from refmesh_addon.core.tracking.affinity import DISAGREEMENT_HALF, LEAST, SEPARATION_HALF
+from refmesh_addon.core.tracking.affinity import DISAGREEMENT_HALF, MIN_AFFINITY, SEPARATION_HALF
 from refmesh_addon.core.types import TriangleMesh
 
 PRESMOOTHING_STEPS = 10
@@ -63,9 +63,9 @@ class MaxAffinity:
         self.disagreement = np.zeros_like(self.separation)
 
     def weights(self) -> np.ndarray:
-        """(C, C) affinities, those below LEAST dropped."""
+        """(C, C) affinities, those below MIN_AFFINITY dropped."""
         value = 0.5 ** (self.separation / SEPARATION_HALF**2 + self.disagreement / DISAGREEMENT_HALF**2)
-        return np.where(value < LEAST, 0.0, value)
+        return np.where(value < MIN_AFFINITY, 0.0, value)
 
     def update(self, centers: np.ndarray, cells: Cells, voxels: np.ndarray, motions: Motions) -> None:
         """centers : in the new frame.  cells, voxels : of the frame before.  motions : from there to the new frame."""

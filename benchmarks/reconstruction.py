@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, vertex_components
 from refmesh_addon.core.geometry.self_intersection import crossing_triangles
-from refmesh_addon.core.reference.budget import supported
+from refmesh_addon.core.reference.support import without_bubbles
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.surfacing import reconstruction, remeshing
 from refmesh_addon.core.surfacing.edge_flips import quality
@@ -69,7 +69,7 @@ def building_tasks(source: str, frames: str) -> list[tuple]:
 def measured(points, normals, anchor, spacing, triangles, depth, reconstruct, remesh) -> dict:
     """Figures of one reference mesh."""
     start = time.process_time()
-    surface = supported(reconstruct(points, normals, depth or reconstruction_depth(anchor, triangles)), points, spacing)
+    surface = without_bubbles(reconstruct(points, normals, depth or reconstruction_depth(anchor, triangles)), points, spacing)
     reconstructed = time.process_time()
     mesh = remesh(surface, triangles)
     done = time.process_time()

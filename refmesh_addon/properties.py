@@ -9,7 +9,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .core.errors import RefMeshError
-from .core.findings import FIGURES
+from .core.findings import CENTER_ATTRIBUTES
 from .core.settings import EDITS, PRESETS, Settings, flat_fields
 
 STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
@@ -114,7 +114,7 @@ def restyle(state, context):
 
 
 def switch_errors(state, context):
-    """Errors in colour, or the plain colour, at once."""
+    """Errors in color, or the plain color, at once."""
     from .bridge.results.heat_map import switch_heat_map
 
     try:
@@ -149,18 +149,18 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
     center_color: EnumProperty(
         name="Colored by",
-        description="What the colours of the centers say",
+        description="What the colors of the centers say",
         items=[
             ("PLACE", "Place", "Where a center is in the first frame, so that one can see what went where"),
-            *((name.upper(), title(name), words) for name, words in FIGURES.items()),
+            *((name.upper(), title(name), words) for name, words in CENTER_ATTRIBUTES.items()),
         ],
         update=restyle,
     )
     center_size: FloatProperty(
-        name="Size", description="Of the centers; at 4 neighbours touch", default=1.0, min=0.01, soft_max=4.0, update=restyle
+        name="Size", description="Of the centers; at 4 neighbors touch", default=1.0, min=0.01, soft_max=4.0, update=restyle
     )
-    center_spacing: FloatProperty(name="Spacing", description="Usual distance of neighbouring centers", options={"HIDDEN"})
-    center_range: StringProperty(name="Range", description="What the colours of the centers mean", options={"HIDDEN"})
+    center_spacing: FloatProperty(name="Spacing", description="Usual distance of neighboring centers", options={"HIDDEN"})
+    center_range: StringProperty(name="Range", description="What the colors of the centers mean", options={"HIDDEN"})
     trails: PointerProperty(type=bpy.types.Object, name="Trails", description="Where chosen centers go")
     groups: CollectionProperty(type=RefMeshGroup)
     arrangement: EnumProperty(

@@ -1,10 +1,10 @@
-"""The one exception that is meant for a person."""
+"""The exceptions that callers handle: a message for the user, and cancellation."""
 
 
 class RefMeshError(Exception):
-    """Says what is wrong, where (file, frame or option) and what to do, in one line.
+    """A message for the user, in one line: what is wrong, where (file, frame or option) and what to do.
 
-    Anything else that escapes is a fault of ours and is reported as such.
+    Any other exception that escapes is a bug and is reported as such.
     """
 
 

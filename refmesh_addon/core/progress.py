@@ -9,4 +9,4 @@ Progress = Callable[[float], None]
 
 
 def ignore(share: float) -> None:
-    """The default callback: nobody is listening."""
+    """The default callback, which does nothing."""

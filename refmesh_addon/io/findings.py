@@ -39,5 +39,5 @@ def report_text(sequence: Sequence, findings: list[Finding]) -> str:
         chosen = [finding for finding in findings if finding.severity == severity]
         if chosen:
             lines += ["", f"{severity}s ({meaning[0].lower()}{meaning[1:]})"]
-            lines += [f"  frame {finding.frame}: {finding.words}" for finding in chosen]
+            lines += [f"  frame {finding.frame}: {finding.message}" for finding in chosen]
     return "\n".join(lines if findings else [*lines, "", "nothing found"]) + "\n"

@@ -26,7 +26,7 @@ surfaces, missing textures. Prepares the frames for smooth playback on the way""
         state.findings.clear()
         for finding in findings:
             item = state.findings.add()
-            item.name, item.severity, item.words = str(finding.frame), finding.severity, finding.words
+            item.name, item.severity, item.words = str(finding.frame), finding.severity, finding.message
         state.checked = True
         counts = {severity: sum(finding.severity == severity for finding in findings) for severity in SEVERITIES}
         words = ", ".join(f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items() if count)

@@ -76,7 +76,7 @@ class CentersOperator(SequenceOperator):
 
 @contextmanager
 def object_mode(context) -> Iterator[None]:
-    """Object mode inside the block, in which selections and colours can be read and written; the mode is as before afterwards."""
+    """Object mode inside the block, in which selections and colors can be read and written; the mode is as before afterward."""
     editing = context.mode != "OBJECT"
     if editing:
         bpy.ops.object.mode_set(mode="OBJECT")

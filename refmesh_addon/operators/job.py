@@ -65,7 +65,7 @@ class JobOperator(ShowingOperator):
         self.end_modal(context)
 
     def _spec(self, state):
-        from ..io.sequence import find_sequence
+        from ..io.discovery import find_sequence
         from ..pipeline.session.job import JobSpec
 
         frames = self.frames or state.frame_selection

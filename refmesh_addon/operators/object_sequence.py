@@ -93,7 +93,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
     @reporting
     def _finish(self, context):
         from ..bridge.sequence.raw_sequence import new_sequence, read_frame
-        from ..io.sequence import find_sequence
+        from ..io.discovery import find_sequence
 
         target = next(candidate for candidate in bpy.data.objects if candidate.session_uid == self._target)
         first = next(iter(sorted((self._output / SOURCE).glob(f"{bpy.path.clean_name(target.name)}_*.ply"))))

@@ -10,9 +10,10 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from bpy_extras.io_utils import ImportHelper
 
 from ..core.errors import RefMeshError
+from ..io.discovery import find_sequence
 from ..io.formats import FRAME_FORMATS
 from ..io.frame_range import in_words
-from ..io.sequence import Sequence, find_sequence
+from ..io.sequence import Sequence
 from .common import SceneOperator, absolute, reporting
 
 AXES = {
@@ -23,7 +24,7 @@ AXES = {
     "-Z": "Z points down",
     "-X": "The X axis points down",
 }
-# Name, what it means, metres in one unit.
+# Name, what it means, meters in one unit.
 UNITS = {
     "M": ("Meters", "One unit of the files is one unit of the scene", 1.0),
     "CM": ("Centimeters", "The files count in centimeters", 0.01),

@@ -1,4 +1,4 @@
-"""The scale of the error colours, drawn over the 3D view."""
+"""The scale of the error colors, drawn over the 3D view."""
 
 import blf
 import bpy

@@ -13,13 +13,13 @@ import refmesh_addon
 from refmesh_addon.core.evaluation.distances import Distances
 from refmesh_addon.core.evaluation.error_scale import error_colors
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.core.tracking.center_figures import center_figures
+from refmesh_addon.core.tracking.center_attributes import center_attributes
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.pc2 import write_pc2
 from refmesh_addon.io.ply import write_ply
 from refmesh_addon.io.report import FrameReport, GroupReport, Report
-from refmesh_addon.io.sequence import find_sequence
 
 needs_bpy_module = pytest.mark.skipif(bool(bpy.app.binary_path), reason="starts a Python with bpy, which only the bpy package has")
 NUMBERS = (6, 7, 8, 10, 11)  # 9 is missing
@@ -91,7 +91,7 @@ def write_results(out: Path, frames: Path) -> Path:
     timeline = [max(number for number in NUMBERS if number <= frame) for frame in range(NUMBERS[0], NUMBERS[-1] + 1)]
     write_pc2(out / report.centers_playback, [place(points, number) for number in timeline], CENTERS, len(timeline))
     positions = np.array([place(points, number) for number in NUMBERS])
-    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions, **center_figures(positions, 0.5)})
+    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions, **center_attributes(positions, 0.5)})
     for index, numbers in enumerate(GROUPS):
         _write_group(out, report, index, numbers)
     report.write(out)

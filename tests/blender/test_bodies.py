@@ -8,7 +8,7 @@ import pytest
 
 from refmesh_addon.bridge.results.status import step_status
 from refmesh_addon.core.reference.marks import parse_marks
-from refmesh_addon.core.tracking.center_figures import center_figures
+from refmesh_addon.core.tracking.center_attributes import center_attributes
 from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.pc2 import write_pc2
 
@@ -24,7 +24,7 @@ def touching(blender, ball, frames, tmp_path):
     """The sequence with centers of two blocks that move as one."""
     out = write_results(tmp_path / "out", frames)
     positions = np.stack([POINTS + [0.0, 0.1 * number, 0.0] for number in NUMBERS])
-    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions, **center_figures(positions, 1.0)})
+    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions, **center_attributes(positions, 1.0)})
     write_pc2(out / "playback" / "centers-0.pc2", positions, CENTERS, len(NUMBERS))
     blender.ops.refmesh.load_results(output=str(out))
     return ball

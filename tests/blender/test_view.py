@@ -1,4 +1,4 @@
-"""What one sees besides the results: colours and trails of the centers, errors in colour."""
+"""What one sees besides the results: colors and trails of the centers, errors in color."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from refmesh_addon.bridge.results.center_colors import colors_by_number, colors_by_size
 from refmesh_addon.bridge.scene.meshes import COLOR_NAME
 from refmesh_addon.core.evaluation.error_scale import to_linear
-from refmesh_addon.core.findings import FIGURES
+from refmesh_addon.core.findings import CENTER_ATTRIBUTES
 from refmesh_addon.io.ply import read_colors, write_ply
 
 from .conftest import CENTERS, place, reference
@@ -21,8 +21,8 @@ def colors(member: bpy.types.Object) -> np.ndarray:
     return flat.reshape(-1, 4)
 
 
-@pytest.mark.parametrize("choice", [name.upper() for name in FIGURES])
-def test_centers_take_the_colours_of_a_figure_and_say_what_they_mean(solved, choice):
+@pytest.mark.parametrize("choice", [name.upper() for name in CENTER_ATTRIBUTES])
+def test_centers_take_the_colors_of_a_figure_and_say_what_they_mean(solved, choice):
     before = colors(solved.refmesh.centers)
     solved.refmesh.center_color = choice
     after = colors(solved.refmesh.centers)
@@ -42,7 +42,7 @@ def _nodes(owner):
     return owner.refmesh.centers.modifiers["RefMesh Points"].node_group.nodes
 
 
-def test_each_body_has_a_colour_of_its_own_and_the_scale_rises():
+def test_each_body_has_a_color_of_its_own_and_the_scale_rises():
     assert len(np.unique(np.round(colors_by_number(np.arange(12.0)), 3), axis=0)) == 12
     scale = colors_by_size(np.linspace(0, 2, 9), 1.0)[:, :3].sum(axis=1)
     assert np.all(np.diff(scale[:5]) > 0) and np.ptp(scale[5:]) == 0
@@ -104,6 +104,6 @@ def test_colors_of_a_file_without_them_are_refused_in_words(tmp_path):
             read_colors(tmp_path / name)
 
 
-def test_errors_that_are_not_there_switch_the_colours_off_again(ball):
+def test_errors_that_are_not_there_switch_the_colors_off_again(ball):
     ball.refmesh.heat_map = True
     assert not ball.refmesh.heat_map

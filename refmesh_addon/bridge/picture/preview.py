@@ -26,7 +26,7 @@ from .studio import add, draw_bar, render, studio, write
 VIEW = Euler((pi / 2 - 0.2, 0.0, 0.45))
 GAP = 0.15  # between two meshes, as a share of the widest
 LINE = 0.018  # height of the words, as a share of the width of the picture
-PLAIN_COLOR = (0.55, 0.56, 0.58, 1.0)  # a deformed mesh without error colours
+PLAIN_COLOR = (0.55, 0.56, 0.58, 1.0)  # a deformed mesh without error colors
 
 
 def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, target: Path, width: int) -> None:
@@ -97,7 +97,7 @@ def _line_up(actors: list[bpy.types.Object], turn: Matrix) -> tuple[np.ndarray, 
 
 
 def _write_words(scene: bpy.types.Scene, actors: list, words: list[str], low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """A line below each actor, and below the last one the scale of its colours; gives the new lower corner of the picture."""
+    """A line below each actor, and below the last one the scale of its colors; gives the new lower corner of the picture."""
     line = LINE * (high[0] - low[0])
     for actor, text in zip(actors, words, strict=True):
         write(scene, text, (_middle(actor), -line), line)

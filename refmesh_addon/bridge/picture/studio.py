@@ -1,6 +1,6 @@
 """A scene of its own for one picture: light, background, words and an orthographic camera that looks down -Z.
 
-Everything is placed in the camera's coordinates: x to the right, y up, z towards the eye.
+Everything is placed in the camera's coordinates: x to the right, y up, z toward the eye.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def add(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.types.Obje
 
 
 def write(scene: bpy.types.Scene, words: str, place: tuple[float, float], size: float) -> None:
-    """Words, centred below `place`; `size` is the height of a line, scene units."""
+    """Words, centered below `place`; `size` is the height of a line, scene units."""
     text = bpy.data.curves.new(words, "FONT")
     text.body, text.size, text.align_x, text.align_y = words, size, "CENTER", "TOP"
     text.materials.append(glowing_material("RefMesh Ink", INK))
@@ -69,7 +69,7 @@ def write(scene: bpy.types.Scene, words: str, place: tuple[float, float], size: 
 
 
 def draw_bar(scene: bpy.types.Scene, corner: tuple[float, float], size: tuple[float, float], colors: np.ndarray) -> None:
-    """A horizontal band of colours with its lower left at `corner`; colors (N, 4) linear, from left to right."""
+    """A horizontal band of colors with its lower left at `corner`; colors (N, 4) linear, from left to right."""
     across = np.linspace(corner[0], corner[0] + size[0], len(colors))
     rows = [np.column_stack([across, np.full_like(across, height), np.zeros_like(across)]) for height in (corner[1], corner[1] + size[1])]
     first = np.arange(len(colors) - 1)
@@ -134,4 +134,4 @@ def _use_cycles(scene: bpy.types.Scene) -> None:
     scene.cycles.samples, scene.cycles.device = SAMPLES, "CPU"
     scene.cycles.use_denoising = False  # not in every build, and it would need more time than it saves
     scene.cycles.max_bounces = 2
-    scene.view_settings.view_transform = "Standard"  # colours of the error scale as they are
+    scene.view_settings.view_transform = "Standard"  # colors of the error scale as they are

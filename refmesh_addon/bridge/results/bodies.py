@@ -1,4 +1,4 @@
-"""Bodies that a person marks to be apart, by centers that are selected; what belongs to each shows in the colours of the centers."""
+"""Bodies that a person marks to be apart, by centers that are selected; what belongs to each shows in the colors of the centers."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def forget_body(owner: bpy.types.Object, body: int) -> None:
 
 
 def show_bodies(owner: bpy.types.Object) -> None:
-    """Colours the centers by the bodies that the marks divide them into. Raises RefMeshError for marks that contradict each other."""
+    """Colors the centers by the bodies that the marks divide them into. Raises RefMeshError for marks that contradict each other."""
     from ...core.reference.marked_bodies import bodies_by_marks
-    from ...core.tracking.center_figures import lasting_bodies
+    from ...core.tracking.center_attributes import lasting_bodies
 
     state = owner.refmesh
     frames, positions = _tracked(owner)

@@ -1,4 +1,4 @@
-"""Colours of the centers by what a person chooses: kept as attributes, so that a saved scene can change them too."""
+"""Colors of the centers by what a person chooses: kept as attributes, so that a saved scene can change them too."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from ...core.evaluation.error_scale import TABLE, to_linear
 from ..scene.meshes import set_colors
 
-GOLDEN = 0.618034  # turns of the colour circle from one body to the next: neighbours in number never look alike
+GOLDEN = 0.618034  # turns of the color circle from one body to the next: neighbors in number never look alike
 BRIGHT = 95.0  # percentile at the bright end, so that a few strays do not darken the rest
 DARKEST, BRIGHTEST = 0.05, 0.9  # linear; no point is black or glares
 
@@ -21,7 +21,7 @@ def note_figures(centers: bpy.types.Object, figures: dict[str, np.ndarray]) -> N
 
 
 def color_centers(centers: bpy.types.Object, choice: str, positions: np.ndarray) -> str:
-    """Colours the points by an attribute, or by their place at (C, 3) `positions`; gives the range in words."""
+    """Colors the points by an attribute, or by their place at (C, 3) `positions`; gives the range in words."""
     attribute = centers.data.attributes.get(choice.lower())
     if attribute is None:
         set_colors(centers.data, colors_by_place(positions))
@@ -37,21 +37,21 @@ def color_centers(centers: bpy.types.Object, choice: str, positions: np.ndarray)
 
 
 def colors_by_place(positions: np.ndarray) -> np.ndarray:
-    """(C, 4) linear colours: x, y and z as red, green and blue, so that one can see what went where."""
+    """(C, 4) linear colors: x, y and z as red, green and blue, so that one can see what went where."""
     low, extent = positions.min(axis=0), np.ptp(positions, axis=0)
     shares = (positions - low) / np.where(extent > 0, extent, 1.0)
     return np.column_stack([DARKEST + (BRIGHTEST - DARKEST) * shares, np.ones(len(positions))])
 
 
 def colors_by_number(numbers: np.ndarray) -> np.ndarray:
-    """(C, 4) linear colours, one for each number."""
+    """(C, 4) linear colors, one for each number."""
     hue = (numbers * GOLDEN) % 1.0
     waves = 0.5 + 0.5 * np.cos(2 * np.pi * (hue[:, None] - np.array([0.0, 1.0, 2.0]) / 3))
     return np.column_stack([DARKEST + (BRIGHTEST - DARKEST) * waves, np.ones(len(numbers))])
 
 
 def colors_by_size(values: np.ndarray, top: float) -> np.ndarray:
-    """(C, 4) linear colours from dark for 0 to bright for `top`."""
+    """(C, 4) linear colors from dark for 0 to bright for `top`."""
     shares = np.clip(values / top, 0.0, 1.0) if top > 0 else np.zeros(len(values))
     steps = np.linspace(0.0, 1.0, len(TABLE))
     colors = np.column_stack([np.interp(shares, steps, TABLE[:, channel]) for channel in range(3)])

@@ -28,7 +28,7 @@ def show_centers(
     """Makes or refreshes the centers of the sequence object `owner`.
 
     positions : (C, 3), the centers in the first frame.  cache : PC2 file with one sample per scene frame.
-    apart : usual distance of neighbours.  figures : name -> (C,) what the centers can be coloured by.
+    apart : usual distance of neighbors.  figures : name -> (C,) what the centers can be colored by.
     """
     state = owner.refmesh
     if state.centers is None:
@@ -46,7 +46,7 @@ def show_centers(
 
 
 def restyle_centers(owner: bpy.types.Object) -> None:
-    """Draws the centers in the size and the colours that the panel asks for."""
+    """Draws the centers in the size and the colors that the panel asks for."""
     state = owner.refmesh
     if state.centers is not None:
         state.center_range = color_centers(state.centers, state.center_color, read_positions(state.centers.data))
@@ -76,7 +76,7 @@ def _material() -> bpy.types.Material:
 
 
 def spacing(positions: np.ndarray) -> float:
-    """Median distance from a center to its nearest neighbour, scene units."""
+    """Median distance from a center to its nearest neighbor, scene units."""
     tree = KDTree(len(positions))
     for index, position in enumerate(positions):
         tree.insert(position, index)

@@ -1,4 +1,4 @@
-"""The error of the deformed mesh in colour, frame by frame, from the coloured PLY files of the results."""
+"""The error of the deformed mesh in color, frame by frame, from the colored PLY files of the results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LINEAR = to_linear(np.arange(256) / 255.0)
 
 
 def switch_heat_map(owner: bpy.types.Object) -> None:
-    """Gives the deformed meshes the colours of their errors, or their plain ones, as `owner.refmesh.heat_map` says."""
+    """Gives the deformed meshes the colors of their errors, or their plain ones, as `owner.refmesh.heat_map` says."""
     state = owner.refmesh
     material = attribute_material(MATERIAL_NAME, COLOR_NAME) if state.heat_map else deformed_material()
     for group in state.groups:
@@ -32,7 +32,7 @@ def switch_heat_map(owner: bpy.types.Object) -> None:
 
 
 def show_errors(owner: bpy.types.Object, scene_frame: int) -> None:
-    """Colours the mesh of the group that `scene_frame` shows. Raises RefMeshError when that frame's errors are not there."""
+    """Colors the mesh of the group that `scene_frame` shows. Raises RefMeshError when that frame's errors are not there."""
     state = owner.refmesh
     frames = [frame for frame in state.frames if frame.is_property_set("distance")]
     shown = [frame for frame in frames if frame.scene_frame <= scene_frame] or frames[:1]
@@ -50,5 +50,5 @@ def show_errors(owner: bpy.types.Object, scene_frame: int) -> None:
 
 
 def read_error_colors(path: Path) -> np.ndarray:
-    """(R, 4) linear colours of a deformed frame. Raises RefMeshError when it has none, since nothing was measured."""
+    """(R, 4) linear colors of a deformed frame. Raises RefMeshError when it has none, since nothing was measured."""
     return _LINEAR[read_colors(path)]

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import RefMeshError
-from ...core.findings import FIGURES
+from ...core.findings import CENTER_ATTRIBUTES
 from ...core.settings import Settings, flat_fields
 from ...io.files import CENTERS_NAME, read_npz
 from ...io.frame_range import as_choice, parse_ranges
@@ -36,14 +36,14 @@ Part = Callable[[bpy.types.Object], None]
 class Results:
     """What an output folder holds, read and checked.
 
-    positions : (F, C, 3) centers, `spacing` apart.  figures : of each center.  meshes : of each group.
+    positions : (F, C, 3) centers, `spacing` apart.  attributes : of each center.  meshes : of each group.
     """
 
     folder: Path
     report: dict
     positions: np.ndarray
     spacing: float
-    figures: dict[str, np.ndarray]
+    attributes: dict[str, np.ndarray]
     meshes: list[PreviewMesh]
 
 
@@ -68,8 +68,8 @@ def read_results(folder: Path, known: dict[int, int]) -> Results:
     positions = centers["positions"]
     check_cache(folder / report["centers_playback"], positions.shape[1])
     apart = report["tracking"].get("center_spacing") or spacing(positions[0])
-    figures = {name: centers[name] for name in FIGURES if name in centers}
-    return Results(folder, report, positions, apart, figures, _read_references(folder, report["groups"]))
+    attributes = {name: centers[name] for name in CENTER_ATTRIBUTES if name in centers}
+    return Results(folder, report, positions, apart, attributes, _read_references(folder, report["groups"]))
 
 
 def parts(results: Results) -> Iterator[Part]:
@@ -95,7 +95,7 @@ def _show_centers(owner: bpy.types.Object, results: Results) -> None:
     report = results.report
     first = known_frames(owner)[report["sequence"]["numbers"][0]]
     cache = results.folder / report["centers_playback"]
-    show_centers(owner, results.positions[0], cache, first, results.spacing, results.figures)
+    show_centers(owner, results.positions[0], cache, first, results.spacing, results.attributes)
 
 
 def _show_reference(owner: bpy.types.Object, results: Results, index: int) -> None:
@@ -114,7 +114,7 @@ def _show_current_frame(owner: bpy.types.Object) -> None:
 
 
 def read_centers(folder: Path) -> dict[str, np.ndarray]:
-    """What tracking left in an output folder: `frames`, `positions` and the figures of the centers. Raises RefMeshError."""
+    """What tracking left in an output folder: `frames`, `positions` and the attributes of the centers. Raises RefMeshError."""
     path = folder / CENTERS_NAME
     try:
         arrays = read_npz(path)

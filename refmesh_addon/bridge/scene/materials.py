@@ -11,13 +11,13 @@ ROUGHNESS = 0.7  # captures look best without highlights that hide their shape
 
 
 def plain_material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
-    """A material of one linear colour, also for the solid view."""
+    """A material of one linear color, also for the solid view."""
     found = bpy.data.materials.get(name)
     return found or _new_material(name, color)
 
 
 def attribute_material(name: str, attribute: str) -> bpy.types.Material:
-    """A material that takes its colour from a colour attribute."""
+    """A material that takes its color from a color attribute."""
     found = bpy.data.materials.get(name)
     if found:
         return found
@@ -30,7 +30,7 @@ def attribute_material(name: str, attribute: str) -> bpy.types.Material:
 
 
 def glowing_material(name: str, color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0), attribute: str = "") -> bpy.types.Material:
-    """A material that shows one linear colour, or a colour attribute, whatever the light."""
+    """A material that shows one linear color, or a color attribute, whatever the light."""
     material = attribute_material(name, attribute) if attribute else plain_material(name, (0.0, 0.0, 0.0, 1.0))
     surface = _surface(material)
     emission, base = surface.inputs["Emission Color"], surface.inputs["Base Color"]

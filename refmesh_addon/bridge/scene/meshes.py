@@ -8,7 +8,7 @@ import numpy as np
 from ...core.types import TriangleMesh
 from ...io.preview import PreviewMesh
 
-COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colours; Cycles does not find one called "color"
+COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colors; Cycles does not find one called "color"
 
 
 def fill_mesh(target: bpy.types.Mesh, mesh: TriangleMesh | PreviewMesh) -> None:
@@ -65,6 +65,6 @@ def read_triangles(source: bpy.types.Mesh) -> np.ndarray:
 
 
 def set_colors(target: bpy.types.Mesh, colors: np.ndarray) -> None:
-    """Writes (V, 4) colours, linear, 0 to 1, as vertex colours."""
+    """Writes (V, 4) colors, linear, 0 to 1, as vertex colors."""
     attribute = target.attributes.get(COLOR_NAME) or target.attributes.new(COLOR_NAME, "FLOAT_COLOR", "POINT")
     attribute.data.foreach_set("color", colors.astype(np.float32).ravel())

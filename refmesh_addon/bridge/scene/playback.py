@@ -49,7 +49,7 @@ def key_between(
 ) -> None:
     """Keys an attribute to `inside` from scene frame `span[0]` up to, not including, `span[1]`; None is without end.
 
-    Keys stand on neighbouring frames, so that the kind of interpolation does not matter.
+    Keys stand on neighboring frames, so that the kind of interpolation does not matter.
     """
     first, end = span
     keys = [(first - 1, outside), (first, inside)] if first is not None else []

@@ -40,7 +40,7 @@ def reach_with_views(size: float) -> None:
 
 @contextmanager
 def timeline(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
-    """The frame range inside the block; range and current frame are as before afterwards."""
+    """The frame range inside the block; range and current frame are as before afterward."""
     before = scene.frame_start, scene.frame_end, scene.frame_current
     # Blender keeps start <= end, so the start is first moved out of the way.
     scene.frame_start, scene.frame_end = first, last

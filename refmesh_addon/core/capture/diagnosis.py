@@ -16,11 +16,11 @@ from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .seams import stitched
 
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; the pipeline refuses more
-SCALE_JUMP = 1.5  # the same between a frame and its neighbours, where bodies come and go
-COUNT_JUMP = 1.5  # ratio of vertex counts of a frame and its neighbours
-VOLUME_JUMP = 1.25  # ratio of the enclosed volumes of a frame and its neighbours
+SCALE_JUMP = 1.5  # the same between a frame and its neighbors, where bodies come and go
+COUNT_JUMP = 1.5  # ratio of vertex counts of a frame and its neighbors
+VOLUME_JUMP = 1.25  # ratio of the enclosed volumes of a frame and its neighbors
 TYPICAL_SPREADS = 6.0  # a jump also has to stand out by so many median deviations of the whole sequence
-NEIGHBOURS = 2  # frames before and after that a frame is compared with
+NEIGHBORS = 2  # frames before and after that a frame is compared with
 OPEN = "{:d} edges are open; the holes are capped where volume counts"
 INWARD_SHARE = 0.01  # of the surface that may face inward before it is worth a word
 
@@ -119,12 +119,12 @@ def _scales(frames: Sequence[FrameFigures]) -> list[Finding]:
 
 
 def _jumps(frames: Sequence[FrameFigures], kind: str, least: float, figure: Callable[[FrameFigures], float]) -> list[Finding]:
-    """Frames whose figure stands out from that of their neighbours and from how much it varies otherwise."""
+    """Frames whose figure stands out from that of their neighbors and from how much it varies otherwise."""
     values = np.array([figure(frame) for frame in frames], dtype=float)
     if len(values) < 3 or not (values > 0).all():
         return []
-    padded = np.pad(np.log(values), NEIGHBOURS, mode="reflect" if len(values) > NEIGHBOURS else "edge")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
+    padded = np.pad(np.log(values), NEIGHBORS, mode="reflect" if len(values) > NEIGHBORS else "edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBORS + 1)
     deviation = np.log(values) - np.median(around, axis=1)
     limit = max(np.log(least), TYPICAL_SPREADS * float(np.median(np.abs(deviation))))
     return [

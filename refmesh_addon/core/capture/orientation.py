@@ -13,7 +13,7 @@ from ..types import TriangleMesh
 
 
 def flipped_patches(mesh: TriangleMesh) -> np.ndarray:
-    """(T,) bool, triangles to turn so that neighbours agree; in each connected surface the smaller area turns.
+    """(T,) bool, triangles to turn so that neighbors agree; in each connected surface the smaller area turns.
 
     Every triangle stands for two nodes, itself and itself turned; an edge of two triangles links the nodes that agree.
     Edges of three or more triangles link nothing, and a surface with one side only is left alone.

@@ -1,4 +1,4 @@
-"""Where a surface ends: its border edges, the points on them, and barycentric weights."""
+"""Where a surface ends: its boundary edges, the points on them, and barycentric coordinates."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from .half_edges import HalfEdges
 from .mesh import unique_points
 from .vectors import TINY, row_dot
 
-ON_EDGE = 1e-6  # barycentric weight below which a point counts as lying on the opposite edge; rounding stays far below
+ON_EDGE = 1e-6  # barycentric coordinate below which a point lies on the opposite edge; rounding stays far below
 
 
 def boundary_edges(mesh: TriangleMesh) -> np.ndarray:
-    """(B, 2) directed edges a -> b of triangles that no triangle runs along from b to a; repeated if need be."""
+    """(B, 2) directed edges a -> b of triangles without a triangle that has b -> a; repeated for each one that lacks its opposite."""
     table = HalfEdges.of(mesh)
     surplus = np.bincount(table.edge, np.where(table.start <= table.end, 1, -1), len(table.edges)).astype(np.int64)
     directed = np.where(surplus[:, None] < 0, table.edges[:, ::-1], table.edges)
@@ -21,7 +21,7 @@ def boundary_edges(mesh: TriangleMesh) -> np.ndarray:
 
 
 def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(N, 3) weights, none negative and summing to 1, of (N, 3) points in their (N, 3, 3) triangles, corner by row."""
+    """(N, 3) barycentric coordinates of (N, 3) points in triangles with (N, 3, 3) corners, clipped to the triangle."""
     a, b, c = corners.transpose(1, 0, 2)
     u, v, p = b - a, c - a, points - a
     uu, uv, vv = (row_dot(x, y) for x, y in ((u, u), (u, v), (v, v)))
@@ -33,15 +33,15 @@ def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def border_edges(mesh: TriangleMesh) -> np.ndarray:
-    """(T, 3) bool: whether the edge opposite to each corner belongs to one triangle only. Coinciding vertices count as one."""
+    """(T, 3) bool, whether the edge opposite to each corner has one triangle only. Coincident vertices count as one."""
     table = HalfEdges(unique_points(mesh.vertices)[1][mesh.triangles], len(mesh.vertices))
     return (table.face_counts == 1)[table.edge].reshape(-1, 3)[:, [1, 2, 0]]
 
 
 def on_border(mesh: TriangleMesh, border: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(N,) bool: whether each of (N, 3) points of the (N,) triangles lies on a border edge of `border_edges`."""
+    """(N,) bool, whether each of (N, 3) points, on the (N,) triangles, lies on a boundary edge.  border : from `border_edges`."""
     result = border[triangles].any(axis=1)
     near = np.flatnonzero(result)
-    shares = barycentric(points[near], mesh.vertices[mesh.triangles[triangles[near]]])
-    result[near] = (border[triangles[near]] & (shares < ON_EDGE)).any(axis=1)
+    weights = barycentric(points[near], mesh.vertices[mesh.triangles[triangles[near]]])
+    result[near] = (border[triangles[near]] & (weights < ON_EDGE)).any(axis=1)
     return result

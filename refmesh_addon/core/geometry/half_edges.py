@@ -1,7 +1,7 @@
 """The half-edge table of a mesh: which faces meet at which edge.
 
-Botsch, Kobbelt, Pauly, Alliez & Lévy, "Polygon Mesh Processing" (2010), section 2.3; here as flat arrays, so that all edges are handled
-at once, and with no demand on the mesh: edges may have any number of faces, which may disagree on its direction.
+Botsch et al., "Polygon Mesh Processing" (2010), section 2.3; here as flat arrays that handle all edges at once, and for any mesh: an edge
+may have any number of faces, with any orientation.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class HalfEdges(FrozenArrays):
     """The H = F K half-edges of faces with K corners: number K f + k runs from corner k of face f to its next corner.
 
     faces : (F, K) int, indices of vertices; K is 3 for triangles.  vertex_count : V.
-    The tables are computed on first use and kept.
+    Each table is computed on first use and then kept.
 
     >>> table = HalfEdges(np.array([[0, 1, 2], [2, 1, 3]]), 4)
     >>> table.edges[table.face_counts == 2].tolist()
@@ -58,7 +58,7 @@ class HalfEdges(FrozenArrays):
 
     @cached_property
     def face_counts(self) -> np.ndarray:
-        """(E,) number of faces at each edge: 2 inside a surface, 1 on its boundary, more where sheets meet."""
+        """(E,) number of faces at each edge: 2 inside a surface, 1 on its boundary, more where it is not a manifold."""
         return np.diff(self._edge_starts, append=len(self._by_edge))
 
     @cached_property

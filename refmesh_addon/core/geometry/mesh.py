@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..types import TriangleMesh
+from .graph import connected_components
 from .half_edges import HalfEdges
-from .vectors import TINY, normalized, row_dot
+from .vectors import TINY, column_cross, normalized, row_dot
 
 
 def area_vectors(mesh: TriangleMesh) -> np.ndarray:
-    """Unit normal times area of each triangle, (T, 3), scene units squared."""
-    axes = np.ascontiguousarray(mesh.vertices.T)  # whole axes take half the time of np.cross on rows
+    """(T, 3) vector areas: the unit normal of each triangle times its area, scene units squared."""
+    axes = np.ascontiguousarray(mesh.vertices.T)  # axis by axis in half the time of np.cross on rows
     a, b, c = (axes.take(corner, axis=1) for corner in mesh.triangles.T)
     u, v = b - a, c - a
-    return 0.5 * np.stack([u[y] * v[z] - u[z] * v[y] for y, z in ((1, 2), (2, 0), (0, 1))], axis=1)
+    return 0.5 * np.stack([*column_cross(u, v)], axis=1)
 
 
 def triangles_at(mesh: TriangleMesh, chosen: np.ndarray) -> np.ndarray:
-    """(T,) bool, whether a triangle has a corner among the (V,) bool chosen vertices."""
+    """(T,) bool, whether a triangle has a corner among the vertices chosen by a (V,) bool mask."""
     a, b, c = (chosen.take(corner) for corner in mesh.triangles.T)
     return a | b | c
 
 
 def triangle_areas(mesh: TriangleMesh) -> np.ndarray:
-    """(T,) scene units squared."""
+    """(T,) area of each triangle, scene units squared."""
     return np.linalg.norm(area_vectors(mesh), axis=1)
 
 
@@ -46,7 +46,7 @@ def vertex_areas(mesh: TriangleMesh) -> np.ndarray:
 
 
 def vertex_triangle_incidence(mesh: TriangleMesh) -> sparse.csr_matrix:
-    """(V, T) ones where a vertex is a corner of a triangle: sums over the triangles around each vertex."""
+    """(V, T) matrix with ones where a vertex is a corner of a triangle: multiplied by it, values of triangles are summed at vertices."""
     count = len(mesh.triangles)
     rows = mesh.triangles.ravel()
     columns = np.repeat(np.arange(count), 3)
@@ -54,9 +54,9 @@ def vertex_triangle_incidence(mesh: TriangleMesh) -> sparse.csr_matrix:
 
 
 def triangle_shapes(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals (K, 3) of triangles with (K, 3, 3) corners, and their quality (K,).
+    """Unit normals (K, 3) and quality (K,) of triangles given by their (K, 3, 3) corners.
 
-    Quality is 4 sqrt(3) area / sum of squared sides: 1 for a regular triangle, 0 for a flat one.
+    Quality is 4 sqrt(3) area / sum of squared edge lengths: 1 for an equilateral triangle, 0 for a degenerate one.
     """
     sides = np.roll(corners, -1, axis=1) - corners
     normals = np.cross(sides[:, 0], sides[:, 1])
@@ -65,19 +65,19 @@ def triangle_shapes(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def signed_volume(mesh: TriangleMesh) -> float:
     """Enclosed volume, negative for an inside-out mesh; exact for closed meshes, scene units cubed."""
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
-    a, b, c = centred[mesh.triangles].transpose(1, 0, 2)
+    centered = mesh.vertices - mesh.vertices.mean(axis=0)
+    a, b, c = centered[mesh.triangles].transpose(1, 0, 2)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def component_volumes(mesh: TriangleMesh, component: np.ndarray) -> np.ndarray:
-    """Enclosed volume of each component, negative for a hollow.  component : (V,) numbers, as `vertex_components` gives them."""
+    """Enclosed volume of each component, negative for a cavity, scene units cubed.  component : (V,) labels from `vertex_components`."""
     a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.triangles].transpose(1, 0, 2)
     return np.bincount(component[mesh.triangles[:, 0]], row_dot(a, np.cross(b, c)) / 6.0, component.max(initial=-1) + 1)
 
 
 def mean_edge_length(mesh: TriangleMesh) -> float:
-    """Scene units; 0 for a mesh without triangles."""
+    """Mean over the edges, each counted once, scene units; 0 for a mesh without triangles."""
     start, end = HalfEdges.of(mesh).edges.T
     if not len(start):
         return 0.0
@@ -85,10 +85,9 @@ def mean_edge_length(mesh: TriangleMesh) -> float:
 
 
 def vertex_components(mesh: TriangleMesh) -> tuple[int, np.ndarray]:
-    """Number of connected components and the (V,) component of each vertex; a vertex without triangles is one of its own."""
-    table, count = HalfEdges.of(mesh), len(mesh.vertices)
-    graph = sparse.coo_matrix((np.ones(len(table.start)), (table.start, table.end)), shape=(count, count))
-    return csgraph.connected_components(graph, directed=False)
+    """Number of connected components and the (V,) label of each vertex; a vertex without triangles is a component of its own."""
+    table = HalfEdges.of(mesh)
+    return connected_components(np.column_stack([table.start, table.end]), len(mesh.vertices))
 
 
 def is_watertight(mesh: TriangleMesh) -> bool:
@@ -112,32 +111,35 @@ def submesh(mesh: TriangleMesh, triangles: np.ndarray | slice = slice(None)) -> 
 
 
 def unique_points(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The first of each of (N, 3) points that coincide exactly, in ascending order (M,), and which of these each point is (N,).
+    """Index of the first of all points that coincide exactly, (M,), and which of these M each point coincides with, (N,).
 
-    What np.unique gives for rows, which it takes three times as long to sort.
+    points : (N, 3). The M points are sorted by x, then y, then z: np.unique with axis=0, in a third of its time.
     """
     order = np.lexsort(points.T[::-1])
     new = np.ones(len(points), dtype=bool)
     new[1:] = (np.diff(points[order], axis=0) != 0).any(axis=1)
-    place = np.empty(len(points), dtype=np.int64)
-    place[order] = np.cumsum(new) - 1
-    return order[new], place
+    inverse = np.empty(len(points), dtype=np.int64)
+    inverse[order] = np.cumsum(new) - 1
+    return order[new], inverse
 
 
 def merged(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
-    """Merges vertices that coincide exactly (UV seams) and drops triangles that collapse and unused vertices.
+    """The mesh with exactly coincident vertices merged, as along UV seams, and without collapsed triangles and unused vertices.
 
-    Returns the mesh and, for each of its vertices, the (V',) index of one original vertex.
+    Returns the mesh and the (V',) index of an original vertex for each of its vertices.
     """
-    first, place = unique_points(mesh.vertices)
-    triangles = place[mesh.triangles]
+    first, inverse = unique_points(mesh.vertices)
+    triangles = inverse[mesh.triangles]
     proper = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
     result, used = submesh(TriangleMesh(mesh.vertices[first], triangles), proper)
     return result, first[used]
 
 
 def sample_surface(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """`count` points spread evenly by area: positions (count, 3) and the (count,) triangle of each."""
+    """`count` points distributed uniformly by area: positions (count, 3) and the (count,) triangle of each.
+
+    Raises ValueError for a mesh without area.
+    """
     areas = triangle_areas(mesh)
     total = areas.sum()
     if not total > 0:

@@ -1,9 +1,9 @@
-"""Closest rotations and best rigid motions, for many neighbourhoods at once.
+"""Closest rotations and best rigid motions of many neighborhoods at once.
 
-The closest rotation comes from the unit quaternion q that maximises q^T K q, where the 4x4 matrix K is linear in the
+The closest rotation comes from the unit quaternion q that maximizes q^T K q, where the 4x4 matrix K is linear in the
 3x3 input (Horn 1987, "Closed-form solution of absolute orientation using unit quaternions"). Its largest eigenvalue is
 the largest root of a quartic, found by Newton from above (Theobald 2005), and q is a column of the adjugate of K - root.
-Unlike a singular value decomposition this is a fixed list of array operations, so it runs at array speed.
+Unlike singular value decompositions, this is a fixed sequence of operations on whole arrays, five times as fast.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from scipy import sparse
 
 from ..types import FrozenArrays
 
-BLOCK = 8192  # matrices handled at a time: their few dozen temporary arrays then stay in the processor's cache
-NEWTON_STEPS = 30  # halving steps towards a pair of roots as close as SEPARATION, and the last quadratic ones
-CONVERGED = 1e-15  # relative step at which a root has all its digits
-# Smallest separation of the two best quaternions, relative to the root, at which the quaternion keeps ten digits.
+BLOCK = 8192  # matrices processed at a time: their few dozen temporary arrays then stay in the processor's cache
+NEWTON_STEPS = 30  # enough to halve the distance down to roots as close as SEPARATION, then to converge quadratically
+CONVERGED = 1e-15  # relative step below which a root has all its digits
+# Smallest gap between the two largest roots, relative to the largest, at which the quaternion keeps ten digits.
 SEPARATION = 1e-5
-# Among equally close rotations (points on a line, a single point) the one nearest to the identity is taken, by
-# adding this share of the largest singular value: far below what a measured shape can mean, far above rounding.
+# Of equally close rotations (points on a line, a single point) the one nearest to the identity is taken, by adding this share of the
+# largest singular value to the diagonal: far below what matters in a measured shape, far above rounding.
 NUDGE = 1e-12
 
 
 @dataclass(frozen=True)
 class RigidMotions(FrozenArrays):
-    """One rigid motion for each of C neighbourhoods: x -> rotation (x - source) + target.
+    """One rigid motion for each of C neighborhoods: x -> rotation (x - source) + target.
 
     rotations : (C, 3, 3).  sources, targets : (C, 3) weighted centroids before and after, scene units.
     """
@@ -42,11 +42,11 @@ class RigidMotions(FrozenArrays):
 
 
 def rigid_motions(weights: sparse.spmatrix, source: np.ndarray, target: np.ndarray) -> RigidMotions:
-    """Motion i carries the neighbourhood of i from source to target with the least weighted squared error (Kabsch 1976).
+    """Motion i carries the neighborhood of i from source to target with the least weighted squared error (Kabsch 1976).
 
-    weights : (N, C) sparse, not negative; entry (i, j) is how much point j counts in neighbourhood i.
+    weights : (N, C) sparse, not negative; entry (i, j) is the weight of point j in neighborhood i.
     source, target : (C, 3) positions before and after, scene units.
-    A row without weight gives the identity about the mean of all points. Raises ValueError for shapes that do not fit.
+    A row without weight gives the identity about the mean of all points. Raises ValueError for shapes that do not match.
     """
     if source.shape != target.shape or source.shape != (weights.shape[1], 3):
         raise ValueError(f"source and target must be ({weights.shape[1]}, 3) to match weights; got {source.shape} and {target.shape}")
@@ -67,8 +67,8 @@ def closest_rotations(m: np.ndarray) -> np.ndarray:
     """The proper rotation R (det +1) with the largest tr(R^T M), that is, the smallest |R - M|, for each matrix.
 
     m : (N, 3, 3) float64, any rank; for a covariance sum of (after)(before)^T, R turns before into after.
-    Returns (N, 3, 3). Where several rotations are equally close (rank below two, or a reflected input with two equal
-    smallest singular values) one of them is chosen, always the same for the same matrix; zero gives the identity.
+    Returns (N, 3, 3). Where several rotations are equally close (rank below two, or a reflection whose two smallest
+    singular values are equal), the choice among them depends on the matrix only; zero gives the identity.
     """
     m = np.asarray(m, dtype=np.float64)
     if m.ndim != 3 or m.shape[1:] != (3, 3):
@@ -83,9 +83,9 @@ def closest_rotations(m: np.ndarray) -> np.ndarray:
         quaternions, length = _top_quaternions(entries, root)
         out = rotations[start : start + BLOCK]
         out[:] = rotation_matrices(quaternions / np.where(length > 0, length, 1.0))
-        doubtful = ~((slope > SEPARATION * root**3) & (length > 0))
-        if doubtful.any():
-            out[doubtful] = _decomposed(entries.T[doubtful].reshape(-1, 3, 3))
+        ill_conditioned = ~((slope > SEPARATION * root**3) & (length > 0))
+        if ill_conditioned.any():
+            out[ill_conditioned] = _decomposed(entries.T[ill_conditioned].reshape(-1, 3, 3))
     return rotations
 
 
@@ -99,7 +99,7 @@ def _largest_root(entries: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     linear = -8.0 * (a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g))
     constant = 2.0 * (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz)) - square * square
     root = np.sqrt(3.0 * square)  # never below s1 + s2 + s3
-    falling = np.ones(len(root), dtype=bool)  # each root stops by itself, whatever else is in the batch
+    falling = np.ones(len(root), dtype=bool)  # each root stops on its own, so that it does not depend on the others in the block
     for _ in range(NEWTON_STEPS):
         slope = 4.0 * root * (root * root - square) + linear
         value = ((root * root - 2.0 * square) * root + linear) * root + constant
@@ -111,7 +111,7 @@ def _largest_root(entries: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _top_quaternions(entries: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvector of K for `root`, (4, N) scalar part first, not normalised, and its length.
+    """Eigenvector of K for `root`, (4, N) scalar part first, not normalized, and its length (N,).
 
     The adjugate of K - root is a multiple of q q^T: the column with the largest diagonal entry keeps the most digits.
     """
@@ -146,7 +146,7 @@ def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
 
 
 def _decomposed(m: np.ndarray) -> np.ndarray:
-    """Closest rotations of (N, 3, 3) by singular value decomposition, for matrices that do not determine them well."""
+    """Closest rotations of (N, 3, 3) by singular value decomposition, for matrices whose closest rotation is ill-conditioned."""
     largest = np.linalg.norm(m, axis=(1, 2), keepdims=True)
     u, _, vt = np.linalg.svd(m + NUDGE * largest * np.eye(3))
     u[:, :, 2] *= np.sign(np.linalg.det(u @ vt))[:, None]

@@ -1,4 +1,4 @@
-"""Triangles of a mesh that cross each other."""
+"""Self-intersections: triangles of a mesh that cross each other."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .half_edges import HalfEdges
 from .mesh import submesh
 from .vectors import row_dot
 
-BLOCK = 20_000  # edges looked at together, which bounds the memory
+BLOCK = 20_000  # edges tested at a time, which bounds the memory
 
 
 def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
-    """(T,) True for triangles that cross another triangle of the mesh; sharing a vertex or an edge is no crossing.
+    """(T,) bool, whether a triangle crosses another one; sharing a vertex or an edge is no crossing.
 
-    Two triangles cross where an edge of one pierces the other; an edge is not tried on triangles that share a vertex with it.
+    Two triangles cross where an edge of one pierces the other. Edges are not tested against triangles that share a vertex with them.
     """
     table, vertices = HalfEdges.of(mesh), mesh.vertices - mesh.vertices.mean(axis=0)
     pierced, piercing = np.zeros(len(mesh.triangles), dtype=bool), np.zeros(len(table.edges), dtype=bool)
@@ -31,9 +31,9 @@ def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
 
 
 def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
-    """(T,) as `crossing_triangles`, where no other triangles than the (T,) bool changed ones can cross one.
+    """(T,) bool, as `crossing_triangles` returns, for a mesh in which every crossing involves one of the (T,) bool changed triangles.
 
-    Those near them are looked at alone: a few of many, where a surface is mended.
+    Only these and their surroundings are tested: few of many where a surface is repaired.
     """
     result = np.zeros(len(mesh.triangles), dtype=bool)
     if changed.any():
@@ -46,31 +46,31 @@ def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
     return result
 
 
-def _near(vertices: np.ndarray, links: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Pairs (edge, triangle) whose bounding spheres meet, in blocks."""
+def _near(vertices: np.ndarray, edges: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yields blocks of pairs (edge, triangle), (K,) each, whose bounding spheres meet."""
     centers = vertices[triangles].mean(axis=1)
     radii = np.linalg.norm(vertices[triangles] - centers[:, None], axis=2).max(axis=1)
-    middles = vertices[links].mean(axis=1)
-    halves = np.linalg.norm(vertices[links[:, 0]] - vertices[links[:, 1]], axis=1) / 2
-    for these in _size_classes(radii):
-        tree, reach = cKDTree(centers[these]), radii[these].max()
-        for those in _size_classes(halves):
-            for start in range(0, len(those), BLOCK):
-                block = those[start : start + BLOCK]
-                found = cKDTree(middles[block]).sparse_distance_matrix(tree, reach + halves[block].max(), output_type="coo_matrix")
-                edge, triangle = block[found.row], these[found.col]
-                near = found.data <= halves[edge] + radii[triangle]
+    middles = vertices[edges].mean(axis=1)
+    halves = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) / 2
+    for triangle_class in _size_classes(radii):
+        tree, reach = cKDTree(centers[triangle_class]), radii[triangle_class].max()
+        for edge_class in _size_classes(halves):
+            for start in range(0, len(edge_class), BLOCK):
+                block = edge_class[start : start + BLOCK]
+                nearby = cKDTree(middles[block]).sparse_distance_matrix(tree, reach + halves[block].max(), output_type="coo_matrix")
+                edge, triangle = block[nearby.row], triangle_class[nearby.col]
+                near = nearby.data <= halves[edge] + radii[triangle]
                 yield edge[near], triangle[near]
 
 
 def _size_classes(sizes: np.ndarray) -> list[np.ndarray]:
-    """Indices of the sizes within each power of two, so that one long edge does not widen the search for all."""
-    power = np.frexp(sizes)[1]
-    return [np.flatnonzero(power == found) for found in np.unique(power)]
+    """Indices of the sizes between each two powers of two: one long edge then does not widen the search for all."""
+    exponents = np.frexp(sizes)[1]
+    return [np.flatnonzero(exponents == exponent) for exponent in np.unique(exponents)]
 
 
 def _pierces(segments: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(K,) True where segment (K, 2, 3) goes through triangle (K, 3, 3), its border included."""
+    """(K,) bool, whether segment k of (K, 2, 3) passes through triangle k of (K, 3, 3), its boundary included."""
     start, end = segments[:, 0], segments[:, 1]
     a, b, c = (triangles[:, corner] for corner in range(3))
     apart = _volume(a, b, c, start) * _volume(a, b, c, end) < 0
@@ -79,5 +79,5 @@ def _pierces(segments: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _volume(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """(K,) six times the signed volumes of tetrahedra."""
+    """(K,) six times the signed volume of each tetrahedron."""
     return row_dot(np.cross(b - a, c - a), d - a)

@@ -1,4 +1,4 @@
-"""Which ways lie along a surface at its vertices: two on a smooth part, one on a crease, none at a corner."""
+"""Tangential directions of a surface at its vertices: two where it is smooth, one along a crease, none at a corner."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from ..types import TriangleMesh
 from .mesh import triangle_areas, triangle_normals, vertex_triangle_incidence
 from .vectors import TINY
 
-SHARP = 0.1  # share of the scatter of the normals around a vertex, along a direction, at which that way no longer lies along the surface
+SHARP = 0.1  # share of the scatter of the normals around a vertex, along a direction, from which on it is not tangential at all
 
 
 def tangential_part(mesh: TriangleMesh, steps: np.ndarray) -> np.ndarray:
-    """(V, 3) the part of (V, 3) steps in directions that the normals around a vertex do not point to: all of a plane, one of a crease."""
+    """(V, 3) the part of (V, 3) steps along directions to which the normals around a vertex are perpendicular.
+
+    All directions in a plane, only that of the crease on a crease.
+    """
     normals, area = triangle_normals(mesh), triangle_areas(mesh)
     products = (area[:, None, None] * normals[:, :, None] * normals[:, None]).reshape(-1, 9)
     values, axes = np.linalg.eigh((vertex_triangle_incidence(mesh) @ products).reshape(-1, 3, 3))

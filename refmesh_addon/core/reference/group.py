@@ -14,11 +14,13 @@ from ..surfacing.reconstruction import reconstruction_depth, screened_poisson
 from ..surfacing.remeshing import remeshed
 from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
-from .alignment import AnchorFrame, align
-from .budget import oriented_points, supported
+from .alignment import align
+from .anchor_frame import AnchorFrame
 from .mapping import FrameMap
+from .oriented_points import oriented_points
 from .reference_centers import ReferenceCenters, reference_centers
 from .separation import bodies_of, set_apart, within_bodies
+from .support import without_bubbles
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def anchor_frame(mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, s
     """
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     mapped = frame.to(group.positions)
-    return AnchorFrame.of(mapped, frame.whole(mapped), len(centers))
+    return AnchorFrame.of(mapped, frame.whole(mapped), group.affinity)
 
 
 def align_frame(
@@ -103,7 +105,7 @@ def align_frame(
     """
     frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
-    points, normals = oriented_points(aligned.mesh, frame.whole(aligned.mesh), count, np.random.default_rng(0))
+    points, normals = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
     return AlignedFrame(aligned.targets, points, normals, aligned.before, aligned.after)
 
 
@@ -112,6 +114,6 @@ def build_reference(
 ) -> ReferenceMesh:
     """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
     depth = depth or reconstruction_depth(anchor_mesh, triangles)
-    surface = supported(screened_poisson(points, normals, depth), points, spacing)
+    surface = without_bubbles(screened_poisson(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)
     return ReferenceMesh(mesh, int(crossing_triangles(mesh).sum()))

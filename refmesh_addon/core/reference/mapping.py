@@ -12,18 +12,16 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from ..geometry.holes import capped
 from ..geometry.mesh import vertex_normals
 from ..geometry.rotations import RigidMotions, closest_rotations, rigid_motions
 from ..settings import choices_of
 from ..types import TriangleMesh
 from ..variants import check_variant
+from .tears import Tears
 
 INWARD = 0.35  # depth below the surface, in s, at which a point looks for its own center: inside even a thin limb
 NEIGHBORS = 16  # centers that a point may follow; beyond the second shell they add nothing but cost
 POINTS_AT_ONCE = 2000  # points of one batch of the dense spline evaluation: bounds its memory
-TORN_RATIO = 2.0  # an edge stretched beyond this ...
-TORN_LENGTH = 0.3  # ... and by more than this many s spans a tear; short edges may stretch by rounding alone
 
 
 @dataclass(frozen=True)
@@ -78,6 +76,7 @@ class FrameMap:
         check_variant("mapping", mapping, choices_of("mapping"))
         self.mesh, self.centers, self.affinity, self.spacing, self.mapping = mesh, centers, affinity, spacing, mapping
         self.binding = bind(mesh, centers, affinity, spacing)
+        self._tears = Tears(mesh, spacing)
 
     def to(self, targets: np.ndarray) -> TriangleMesh:
         """The mesh carried to (C, 3) target centers: exactly where they go for "rbf", near it for "affinity", which blends."""
@@ -93,16 +92,14 @@ class FrameMap:
 
     def whole(self, mapped: TriangleMesh) -> np.ndarray:
         """(T,) bool, triangles of the carried mesh that do not span a tear."""
-        return ~torn(self.mesh, mapped.vertices, self.spacing)
+        return self._tears.whole(mapped.vertices)
 
-    def closed(self, mapped: TriangleMesh) -> TriangleMesh:
-        """The carried mesh with caps where it has torn: bodies that part enclose nothing of what is between them."""
-        return closed_apart(mapped, self.whole(mapped))
+    def closed(self, mapped: TriangleMesh, whole: np.ndarray | None = None) -> TriangleMesh:
+        """The carried mesh with caps where it has torn: bodies that part enclose nothing of what is between them.
 
-
-def closed_apart(mesh: TriangleMesh, whole: np.ndarray) -> TriangleMesh:
-    """The mesh with caps in place of triangles that are not marked in (T,) bool `whole`."""
-    return mesh if whole.all() else capped(TriangleMesh(mesh.vertices, mesh.triangles[whole]))
+        whole : (T,) bool, its triangles that do not span a tear, where that is known already.
+        """
+        return self._tears.closed(mapped, self.whole(mapped) if whole is None else whole)
 
 
 def spline_mapped(points: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -111,9 +108,3 @@ def spline_mapped(points: np.ndarray, source: np.ndarray, target: np.ndarray) ->
 
     spline = RBFInterpolator(source, target, kernel="thin_plate_spline")
     return np.concatenate([spline(points[start : start + POINTS_AT_ONCE]) for start in range(0, len(points), POINTS_AT_ONCE)])
-
-
-def torn(mesh: TriangleMesh, mapped: np.ndarray, spacing: float) -> np.ndarray:
-    """(T,) bool, triangles of which an edge is stretched so far by (V, 3) mapped positions that it spans a tear."""
-    before, after = (np.linalg.norm(np.diff(p[mesh.triangles[:, [0, 1, 2, 0]]], axis=1), axis=2) for p in (mesh.vertices, mapped))
-    return ((after > TORN_RATIO * before) & (after - before > TORN_LENGTH * spacing)).any(axis=1)

@@ -16,7 +16,7 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import LinearOperator, cg
 from scipy.spatial import cKDTree
 
-from ..tracking.neighbours import NEAR, lasting_pairs
+from ..tracking.neighbors import NEAR, lasting_pairs
 from .marks import Marks
 
 REACH = 2.0  # center spacings between a mark and the center it means, at most

@@ -20,7 +20,7 @@ from ..types import FrozenArrays
 from ..variants import check_variant
 
 STRESS_STOP = 1e-5  # relative drop of stress per step at which SMACOF stops
-MOST_STEPS = 300
+MAX_STEPS = 300
 LEAST_SHARE = 0.01  # of the median distance; nearer pairs weigh no more, or two centers in one place would rule
 
 
@@ -88,7 +88,7 @@ def smacof(wanted: np.ndarray, start: np.ndarray, progress: Progress = ignore, w
     points = start - start.mean(axis=0)
     solve = _guttman(len(points), weights)
     last = np.inf
-    for step in range(MOST_STEPS):
+    for step in range(MAX_STEPS):
         distance = squareform(pdist(points))
         missed = wanted - distance
         now = _root_sum(missed, weights)
@@ -99,7 +99,7 @@ def smacof(wanted: np.ndarray, start: np.ndarray, progress: Progress = ignore, w
         if weights is not None:
             ratio *= weights
         points = solve(ratio.sum(axis=1)[:, None] * points - ratio @ points)
-        progress((step + 1) / MOST_STEPS)
+        progress((step + 1) / MAX_STEPS)
     progress(1.0)
     return points
 

@@ -80,7 +80,7 @@ def _placed(vertices: np.ndarray, planes: np.ndarray, edges: np.ndarray) -> tupl
 
 
 def _cheapest_around(edges: np.ndarray, costs: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """Indices of the edges that are cheaper than every edge at a neighbour of their ends."""
+    """Indices of the edges that are cheaper than every edge at a neighbor of their ends."""
     rank = np.empty(len(edges), dtype=np.int64)
     rank[np.argsort(costs, kind="stable")] = np.arange(len(edges))
     least = np.full(count, len(edges))
@@ -94,7 +94,7 @@ def _cheapest_around(edges: np.ndarray, costs: np.ndarray, faces: np.ndarray, co
 
 
 def _keeps_topology(edges: np.ndarray, opposite: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """(E,) True where the ends have only the two opposite corners as common neighbours, which keep three neighbours (link condition)."""
+    """(E,) True where the ends have only the two opposite corners as common neighbors, which keep three neighbors (link condition)."""
     start, end = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
     links = sparse.csr_matrix((np.ones(len(start)), (start, end)), shape=(count, count))
     links.data[:] = 1
@@ -103,7 +103,7 @@ def _keeps_topology(edges: np.ndarray, opposite: np.ndarray, faces: np.ndarray, 
 
 
 def _keeps_shape(vertices: np.ndarray, faces: np.ndarray, edges: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """(E,) True where no triangle that stays turns over or becomes a sliver. Edges must not have neighbours in common."""
+    """(E,) True where no triangle that stays turns over or becomes a sliver. Edges must not have neighbors in common."""
     owner = np.full(len(vertices), -1)
     owner[edges] = np.arange(len(edges))[:, None]
     touched = faces[(owner[faces] >= 0).sum(axis=1) == 1]

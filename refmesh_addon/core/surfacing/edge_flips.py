@@ -20,7 +20,7 @@ ROUNDS = 2  # of flips and smoothing; more of them even out what the collapses h
 FLIPS = 3  # passes of flips in a round
 FLATNESS = 0.8  # least cosine between the two triangles of an edge that is flipped, and between theirs before and after
 LEAST_GAIN = 0.02  # of the worse of the two qualities
-STEP = 0.5  # share of the way to the middle of the neighbours
+STEP = 0.5  # share of the way to the middle of the neighbors
 
 
 def regularized(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
@@ -75,7 +75,7 @@ def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count
 
 
 def _smoothed(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
-    """Each vertex part of the way to the middle of its neighbours, along the surface and back onto it; along a crease only on one."""
+    """Each vertex part of the way to the middle of its neighbors, along the surface and back onto it; along a crease only on one."""
     step = neighbor_averages(triangle_adjacency(mesh), mesh.vertices) - mesh.vertices
     moved = surface.query(mesh.vertices + STEP * tangential_part(mesh, step)).points
     return _without_damage(mesh, np.where(frozen[:, None], mesh.vertices, moved))

@@ -1,6 +1,6 @@
 """Screened Poisson surface reconstruction: the solid whose boundary oriented points lie on.
 
-Kazhdan & Hoppe, "Screened Poisson surface reconstruction", ACM TOG 2013: the function f that minimises
+Kazhdan & Hoppe, "Screened Poisson surface reconstruction", ACM TOG 2013: the function f that minimizes
 integral |grad f - V|^2 + (alpha / h) * sum a_p f(p)^2, where V holds the inward normals, each with the area a_p that its point
 stands for; f is about 1/2 inside and -1/2 outside. As there, it is solved from coarse to fine, at each level only near the
 points; here with trilinear elements on the cells of a regular grid. Unlike there, the levels also follow the zero set of the
@@ -60,7 +60,7 @@ def _refined(grid: SparseGrid, values: np.ndarray, points: np.ndarray) -> Sparse
 
 
 def _solved(grid: SparseGrid, start: np.ndarray, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """The minimiser that keeps `start` at the nodes that not all eight cells around are there of."""
+    """The minimizer that keeps `start` at the nodes that not all eight cells around are there of."""
     at_points = grid.interpolation(points)
     area = _areas(grid, at_points)
     weight = SCREENING / grid.cell * area

@@ -28,7 +28,7 @@ class SparseGrid:
 
     @cached_property
     def strides(self) -> np.ndarray:
-        """(3,) difference of the keys of neighbours along each axis."""
+        """(3,) difference of the keys of neighbors along each axis."""
         return np.array([(self.shape[1] + 1) * (self.shape[2] + 1), self.shape[2] + 1, 1])
 
     @cached_property

@@ -13,7 +13,7 @@ ROUNDS = 11  # each reaches one more ring of vertices around what still crosses
 
 
 def untangled(mesh: TriangleMesh, crossing: np.ndarray | None = None) -> TriangleMesh:
-    """The mesh with vertices around crossings moved to the middle of their neighbours; the one with the fewest crossings counts.
+    """The mesh with vertices around crossings moved to the middle of their neighbors; the one with the fewest crossings counts.
 
     crossing : (T,) bool, which triangles cross others, where that is known already.
     """

@@ -1,4 +1,4 @@
-"""How strongly two centers belong together: near each other and moving alike, in every frame seen so far.
+"""Affinity of two centers: high where they have been near each other and moved alike in every frame so far.
 
 Source: Dvorak et al. 2022 (affinity over time with a falloff) and Dvorak et al. 2023 (maximum over frames).
 """
@@ -12,6 +12,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from ..geometry.rotations import RigidMotions, rigid_motions
+from ..geometry.vectors import row_dot
 from ..settings import choices_of
 from ..types import FrozenArrays
 from ..variants import check_variant
@@ -20,8 +21,8 @@ from .lloyd import Cells
 # Distances at which an affinity has fallen to one half, in center spacings.
 SEPARATION_HALF = 1.75
 DISAGREEMENT_HALF = 0.35
-LEAST = 1e-2  # weaker affinities are dropped; those down to the published 1e-3 nearly double the pairs and change next to nothing
-REACH = SEPARATION_HALF * np.sqrt(np.log2(1 / LEAST))  # separation at which an affinity falls below LEAST
+MIN_AFFINITY = 1e-2  # weaker ones are dropped; those down to the published 1e-3 nearly double the pairs and change next to nothing
+REACH = SEPARATION_HALF * np.sqrt(np.log2(1 / MIN_AFFINITY))  # separation at which an affinity falls below MIN_AFFINITY
 FADE = 0.05  # published falloff of the IIR variant
 
 
@@ -47,9 +48,9 @@ class Affinity(FrozenArrays):
         return 0.5 ** (self.separation / SEPARATION_HALF**2) * self.agreement
 
     def weights(self) -> sparse.csr_matrix:
-        """(C, C) symmetric affinities of at least LEAST, with ones on the diagonal."""
+        """(C, C) symmetric affinities of at least MIN_AFFINITY, with ones on the diagonal."""
         value = self.values()
-        kept = value >= LEAST
+        kept = value >= MIN_AFFINITY
         first, second, value = self.first[kept], self.second[kept], value[kept]
         own = np.arange(self.centers)
         rows, columns = np.concatenate([first, second, own]), np.concatenate([second, first, own])
@@ -57,7 +58,7 @@ class Affinity(FrozenArrays):
 
 
 def near_pairs(centers: np.ndarray, spacing: float) -> Affinity:
-    """The affinity of (C, 3) centers seen in one frame: all pairs within reach, no motion yet."""
+    """The affinity of (C, 3) centers known in one frame only: all pairs within REACH, no motion yet."""
     pairs = cKDTree(centers).query_pairs(REACH * spacing, output_type="ndarray")
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     first, second = pairs[:, 0].astype(np.int32), pairs[:, 1].astype(np.int32)
@@ -69,7 +70,7 @@ def updated(affinity: Affinity, centers: np.ndarray, cells: Cells, motions: Rigi
     """The affinity after one more frame.
 
     centers : (C, 3) in the new frame.  cells : of the frame before.  motions : of each center from there to the new
-    frame.  variant : "max", the worst disagreement ever seen decides, or "iir", old disagreement fades by FADE a frame.
+    frame.  variant : "max", by the largest disagreement so far, or "iir", in which old disagreement fades by FADE a frame.
     Raises ValueError for another variant.
     """
     check_variant("variant", variant, choices_of("affinity"))
@@ -79,24 +80,24 @@ def updated(affinity: Affinity, centers: np.ndarray, cells: Cells, motions: Rigi
     return replace(affinity, separation=separation, agreement=agreement)
 
 
-def group_affinity(positions: np.ndarray, anchor: int, tracked: sparse.spmatrix, spacing: float) -> Affinity:
+def group_affinity(positions: np.ndarray, anchor: int, weights: sparse.spmatrix, spacing: float) -> Affinity:
     """Affinity within a group of frames, by the motion of each frame as a whole to the anchor frame.
 
     positions : (F, C, 3) centers in the frames of the group.  anchor : row of the anchor frame.
-    tracked : (C, C) affinity weights of the tracking, the neighbourhoods whose rigid motions are compared.
-    Cells are taken as cubes of side s about their centers: close enough for the small part that they play.
+    weights : (C, C) affinities of the tracking, the neighborhoods whose rigid motions are compared.
+    Cells are approximated by cubes of side s about their centers: accurate enough for their small part in the result.
     """
     affinity = near_pairs(positions[anchor], spacing)
     cube = np.broadcast_to(np.eye(3) * spacing**2 / 12, (positions.shape[1], 3, 3))
     for frame in np.delete(np.arange(len(positions)), anchor):
         cells = Cells(np.ones(positions.shape[1]), positions[frame], cube, 0.0)
-        motions = rigid_motions(tracked, positions[frame], positions[anchor])
+        motions = rigid_motions(weights, positions[frame], positions[anchor])
         affinity = updated(affinity, positions[frame], cells, motions)
     return affinity
 
 
 def disagreement(affinity: Affinity, cells: Cells, motions: RigidMotions) -> np.ndarray:
-    """(N,) mean squared distance, in s^2, between where the two motions of a pair carry the volume of their cells.
+    """(N,) mean squared distance, in s^2, between the images of a pair's cells under the motions of the one and the other.
 
     For motions A_i, A_j and a cell with centroid m and second moment S this mean is |A_i m - A_j m|^2 + tr(D S D^T),
     D the difference of the two rotations; the pair's value is the mean over its two cells.
@@ -106,11 +107,11 @@ def disagreement(affinity: Affinity, cells: Cells, motions: RigidMotions) -> np.
     turn, shift = motions.rotations[i] - motions.rotations[j], offset[i] - offset[j]
     total = np.zeros(len(i))
     for cell in (i, j):
-        apart = np.einsum("nij,nj->ni", turn, cells.centroids[cell]) + shift
-        total += np.einsum("ni,ni->n", apart, apart) + np.einsum("nij,nij->n", turn @ cells.second[cell], turn)
+        distance = np.einsum("nij,nj->ni", turn, cells.centroids[cell]) + shift
+        total += row_dot(distance, distance) + np.einsum("nij,nij->n", turn @ cells.second[cell], turn)
     return total / (2 * affinity.spacing**2)
 
 
-def _squared_distance(centers, first, second) -> np.ndarray:
+def _squared_distance(centers: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     difference = centers[first] - centers[second]
-    return np.einsum("ni,ni->n", difference, difference)
+    return row_dot(difference, difference)

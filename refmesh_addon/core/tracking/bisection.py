@@ -1,8 +1,8 @@
-"""A volume cut into parts of equal mass, again and again across the longest way through it: where centers start.
+"""Recursive bisection of a volume into parts of equal mass, across its longest axis: where centers start.
 
-Random places are as uneven as chance, over long distances too, and relaxation mends long distances last: what it leaves
-goes on for many frames of tracking, as a slow flow that no motion of the body explains. Cuts of equal mass leave
-nothing to flow. They follow the body's own axes, so a body that is turned, moved or scaled is cut at the same places.
+Random places are uneven over long distances too, which relaxation evens out last: what remains of it continues for many
+frames of tracking, as a slow flow that no motion of the body explains. Parts of equal mass leave nothing to flow. The cuts
+follow the body's principal axes, so a body that is rotated, moved or scaled is cut at the same places.
 """
 
 from __future__ import annotations
@@ -11,28 +11,26 @@ import numpy as np
 
 from .volume import VolumeSamples
 
-# A cut square to the longest axis may lie in a layer of voxels, which rounding would then share out; a slanted one does not.
+# A cut perpendicular to the longest axis may lie in a layer of voxels, which rounding would then divide; a slanted one does not.
 OBLIQUE = np.array([1.0, 0.0317, 0.0113])
-SYMMETRIC = 1e-6  # relative difference of the two tails below which they are alike
+SYMMETRIC = 1e-6  # relative difference below which the two tails count as equal
 
 
 def equal_parts(samples: VolumeSamples, count: int) -> np.ndarray:
     """Centroids (count, 3) of `count` parts of the volume with about the same mass, in an order that follows the cuts."""
-    middles = np.empty((count, 3))
-    waiting = [(np.arange(len(samples.masses)), 0, count)]
-    while waiting:
-        chosen, first, parts = waiting.pop()
+    centroids = np.empty((count, 3))
+    pending = [(np.arange(len(samples.masses)), 0, count)]
+    while pending:
+        chosen, first, parts = pending.pop()
         positions, masses = samples.positions[chosen], samples.masses[chosen]
-        middle = np.average(positions, axis=0, weights=masses)
-        if parts == 1:
-            middles[first] = middle
-        elif len(chosen) <= 1:  # fewer samples than centers: they share a place, and Lloyd's steps part them
-            middles[first : first + parts] = middle
+        centroid = np.average(positions, axis=0, weights=masses)
+        if parts == 1 or len(chosen) <= 1:  # fewer samples than centers: they share a place, and Lloyd's steps separate them
+            centroids[first : first + parts] = centroid
         else:
             lower = parts // 2
-            cut, order = _cut(positions - middle, masses, lower / parts)
-            waiting += [(chosen[order[:cut]], first, lower), (chosen[order[cut:]], first + lower, parts - lower)]
-    return middles
+            cut, order = _cut(positions - centroid, masses, lower / parts)
+            pending += [(chosen[order[:cut]], first, lower), (chosen[order[cut:]], first + lower, parts - lower)]
+    return centroids
 
 
 def _cut(offsets: np.ndarray, masses: np.ndarray, share: float) -> tuple[int, np.ndarray]:
@@ -45,7 +43,7 @@ def _cut(offsets: np.ndarray, masses: np.ndarray, share: float) -> tuple[int, np
 
 
 def _directed(axis: np.ndarray, offsets: np.ndarray, masses: np.ndarray) -> np.ndarray:
-    """The axis towards the longer tail of the mass; where both are alike, along its largest coordinate."""
+    """The axis, pointing to the longer tail of the mass; where both tails are equal, so that its largest coordinate is positive."""
     along = offsets @ axis
     tail = masses @ along**3
     if abs(tail) < SYMMETRIC * (masses @ np.abs(along) ** 3):

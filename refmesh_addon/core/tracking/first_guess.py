@@ -1,6 +1,6 @@
-"""A first guess where everything leaps: between frames far apart in time, or where the origin was set anew.
+"""The first guess of the centers in a new frame, also where everything jumps: frames far apart in time, or an origin set anew.
 
-From a place too far off, the pull to the volume sends centers into the wrong limbs. Moved as one body, they find back first.
+Too far off, the pull to the volume would send centers into the wrong limbs. Moved as one rigid body, they reach it first.
 """
 
 from __future__ import annotations
@@ -14,35 +14,34 @@ from .lloyd import Cells
 from .ownership import Ownership
 from .volume import VolumeSamples
 
-ASTRAY = 3.0  # mean squared distance of the volume from its centers, against that in the last frame, that motion within a take stays below
-FOUND = 2.0  # the same after a leap that is one; where a body has come or gone, no motion of all that was there brings it down to this
-MOST_STEPS = 200
-SETTLED = 0.02  # largest step, in s
+JUMP = 3.0  # Lloyd energy of the prediction against that of the last frame, which motion within a take stays below
+# The same after a rigid motion that explains the jump; where a body has appeared or left, none of the others' motions reaches this.
+EXPLAINED = 2.0
+MAX_STEPS = 200
+CONVERGED = 0.02  # largest step, in s
 
 
 def first_guess(old: np.ndarray, predicted: np.ndarray, cells: Cells, samples: VolumeSamples, spacing: float) -> np.ndarray:
     """(C, 3) the predicted centers; where the new volume lies far from them, the old ones moved rigidly, if that brings them into it.
 
-    old, predicted : (C, 3).  cells : the old ones' shares of the last volume.  samples : of the new volume.  spacing : s.
+    old, predicted : (C, 3).  cells : of the old centers in the last volume.  samples : of the new volume.  spacing : s.
     """
-    if _energy(predicted, samples) < ASTRAY * cells.energy:
+    if _energy(predicted, samples) < JUMP * cells.energy:
         return predicted
-    leapt = _moved_as_one(old, cells, samples, spacing)
-    return leapt if _energy(leapt, samples) < FOUND * cells.energy else predicted
+    moved = _moved_rigidly(old, cells, samples, spacing)
+    return moved if _energy(moved, samples) < EXPLAINED * cells.energy else predicted
 
 
-def _moved_as_one(old: np.ndarray, cells: Cells, samples: VolumeSamples, spacing: float) -> np.ndarray:
-    """(C, 3) centers moved rigidly: middle onto middle, then to the centroids of their shares, which change on the way."""
-    ownership, total = Ownership(samples), samples.masses.sum()
-    middle = samples.masses @ samples.positions / total
-    centers = old - cells.masses @ cells.centroids / cells.masses.sum() + middle
-    for _ in range(MOST_STEPS):
+def _moved_rigidly(old: np.ndarray, cells: Cells, samples: VolumeSamples, spacing: float) -> np.ndarray:
+    """(C, 3) centers moved as one: centroid onto centroid, then to the centroids of their cells, which change on the way."""
+    ownership = Ownership(samples)
+    centroid = samples.masses @ samples.positions / samples.masses.sum()
+    centers = old - cells.masses @ cells.centroids / cells.masses.sum() + centroid
+    for _ in range(MAX_STEPS):
         now = lloyd.cells(centers, ownership)
         motion = rigid_motions(sparse.csr_matrix(now.masses), centers, now.centroids)
-        moved = (centers - motion.sources[0]) @ motion.rotations[0].T + motion.targets[0]
-        step = moved - centers
-        centers = moved
-        if np.linalg.norm(step, axis=1).max() < SETTLED * spacing:
+        last, centers = centers, (centers - motion.sources[0]) @ motion.rotations[0].T + motion.targets[0]
+        if np.linalg.norm(centers - last, axis=1).max() < CONVERGED * spacing:
             break
     return centers
 

@@ -1,8 +1,8 @@
 """As-rigid-as-possible volume tracking, frame by frame (paper, section "As-Rigid-As-Possible Volume Tracking").
 
-Every center is pulled to the centroid of its share of the volume (uniform spread) while its kin move as rigidly as they
-can (coherent motion). Published is a weighted mean of two local steps; here each step solves for all centers together,
-so that a pull which only the surface feels moves a whole limb. Most of the way is done on coarse samples of the volume.
+Every center is pulled to the centroid of its cell of the volume (uniform distribution) while its neighborhood moves as
+rigidly as possible (coherent motion). Published is a weighted mean of two local steps; here each step solves for all centers
+together, so that a pull which acts at the surface only moves a whole limb. Most of the way is done on coarse samples.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from .rigidity import Rigidity
 from .volume import Volume
 
 ARAP_WEIGHT = 20.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
-OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; the volume pulls only at its surface, so whole limbs settle slowly without
-INERTIA = 0.65  # share of the last motion in the first guess; with all of it (published) a ball once set spinning never stops
+OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; without them whole limbs converge slowly, since the volume pulls at its surface only
+INERTIA = 0.65  # share of the last motion in the first guess; with all of it (published) a ball that spins once never stops
 STEP_STOP = (0.02, 0.007, 0.003)  # largest step, in s, that ends each level; the last is about the published 1e-4 at 1.8 units
-MOST_STEPS = (100, 60, 60)  # per level; the piecewise-constant Lloyd pull may circle just above the stop
+MAX_STEPS = (100, 60, 60)  # per level; the piecewise-constant Lloyd pull may circle just above the stop
 
 
 @dataclass(frozen=True)
 class TrackedFrame(FrozenArrays):
-    """Where the centers are in one frame, and what the next one needs.
+    """The centers in one frame, and what tracking the next one needs.
 
     centers, before : (C, 3) in this frame and the one before (the same array for the first).
-    cells : the centers' shares of this frame's volume.  arap_energy : in s^2.  steps : steps taken.
+    cells : of the centers in this frame's volume.  arap_energy : in s^2.  steps : number of steps.
     """
 
     centers: np.ndarray
@@ -67,18 +67,18 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     old, spacing = last.centers, last.affinity.spacing
     centers = first_guess(old, old + INERTIA * (old - last.before), last.cells, volume.levels[0], spacing)
     affinity, steps = last.affinity, 0
-    for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MOST_STEPS[-len(volume.levels) :], strict=True):
+    for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MAX_STEPS[-len(volume.levels) :], strict=True):
         weights, ownership = affinity.weights(), Ownership(level)
-        centers, taken = _settled(centers, Rigidity(weights, old), ownership, stop * spacing, most)
-        # What moves apart in this very frame must not pull on each other on the finer levels.
+        centers, taken = _converged(centers, Rigidity(weights, old), ownership, stop * spacing, most)
+        # Parts that separate in this very frame must not pull on each other on the finer levels.
         motions = rigid_motions(weights, old, centers)
         affinity, steps = updated(last.affinity, centers, last.cells, motions, settings.affinity), steps + taken
     cells = lloyd.cells(centers, ownership)
     return TrackedFrame(centers, old, affinity, cells, _arap_energy(motions, old, centers, spacing), steps)
 
 
-def _settled(centers: np.ndarray, rigidity: Rigidity, ownership: Ownership, stop: float, most: int) -> tuple[np.ndarray, int]:
-    """Steps on one level until the largest is below `stop`, scene units; returns the centers and the number of steps."""
+def _converged(centers: np.ndarray, rigidity: Rigidity, ownership: Ownership, stop: float, most: int) -> tuple[np.ndarray, int]:
+    """The centers after steps on one level until the largest is below `stop`, scene units, and the number of steps."""
     step, taken, largest = np.zeros_like(centers), 0, np.inf
     while taken < most and largest >= stop:
         pull = rigidity.pulled(centers, lloyd.centroids(centers, ownership), ARAP_WEIGHT) - centers
@@ -88,6 +88,6 @@ def _settled(centers: np.ndarray, rigidity: Rigidity, ownership: Ownership, stop
 
 
 def _arap_energy(motions: RigidMotions, old: np.ndarray, centers: np.ndarray, spacing: float) -> float:
-    """Mean squared distance of a center from where its neighbourhood's rigid motion carries it, in s^2."""
-    apart = motions.apply(old) - centers
-    return float(np.einsum("ni,ni->", apart, apart) / (len(centers) * spacing**2))
+    """Mean squared distance of a center from where the rigid motion of its neighborhood carries it, in s^2."""
+    difference = motions.apply(old) - centers
+    return float(np.einsum("ni,ni->", difference, difference) / (len(centers) * spacing**2))

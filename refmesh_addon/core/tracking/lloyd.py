@@ -10,10 +10,10 @@ from scipy.spatial import cKDTree
 from ..types import FrozenArrays
 from .bisection import equal_parts
 from .ownership import Ownership
-from .volume import Volume
+from .volume import Volume, VolumeSamples
 
-OVER_RELAXATION = 1.8  # published factor: a step goes this much of the way to the centroid and settles sooner
-MOST_STEPS = 100  # published number of steps for the first spread, on each level
+OVER_RELAXATION = 1.8  # published: a step goes this many times the way to the centroid, which settles sooner
+MAX_STEPS = 100  # published number of steps for the first spread, on each level
 SETTLED = 1e-3  # largest step, in s, at which the first spread has settled
 
 
@@ -56,15 +56,15 @@ def cells(centers: np.ndarray, ownership: Ownership) -> Cells:
 
 
 def spread(volume: Volume, count: int) -> np.ndarray:
-    """`count` centers (C, 3) spread evenly through a volume: parts of equal mass, relaxed coarse levels first.
+    """`count` centers (C, 3) spread evenly through a volume: parts of equal mass, relaxed on coarse levels first.
 
-    Turned, moved or scaled with the body, within what the voxels do not show.
+    They rotate, move and scale with the body, up to the resolution of the voxels.
     """
     spacing = volume.center_spacing(count)
     centers = equal_parts(volume.finest, count)
     for level in volume.levels:
         ownership, largest = Ownership(level), np.inf
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             if largest < SETTLED * spacing:
                 break
             step = OVER_RELAXATION * (centroids(centers, ownership) - centers)
@@ -72,7 +72,8 @@ def spread(volume: Volume, count: int) -> np.ndarray:
     return centroids(centers, ownership)
 
 
-def _first_moments(owner, centers, samples) -> tuple[np.ndarray, np.ndarray]:
+def _first_moments(owner: np.ndarray, centers: np.ndarray, samples: VolumeSamples) -> tuple[np.ndarray, np.ndarray]:
+    """Masses (C,) and centroids (C, 3) of the cells; owner : (N,) the center of each sample."""
     count = len(centers)
     masses = np.bincount(owner, samples.masses, count)
     middle = np.stack([np.bincount(owner, samples.masses * samples.positions[:, k], count) for k in range(3)], axis=1)

@@ -1,8 +1,8 @@
 """Which center each sample of a volume belongs to: the nearest one, kept up to date while the centers move.
 
 When no center has moved further than half the gap between a sample's nearest and second nearest center, its owner is
-still the same (Hamerly 2010, "Making k-means even faster"). So only the samples near the walls between cells are asked
-for again, and as the centers settle hardly any are. The answer is that of asking for all of them.
+still the same (Hamerly 2010, "Making k-means even faster"). So only samples near the boundaries of cells are queried again,
+hardly any once the centers settle. The result is that of querying all of them.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..geometry.vectors import row_dot
 from .volume import VolumeSamples
 
 ROUNDING = 1e-12  # share of a distance by which bounds are widened, so that rounding cannot hide a change
@@ -27,22 +28,22 @@ class Ownership:
     def of(self, centers: np.ndarray) -> np.ndarray:
         """(N,) index of the nearest of (C, 3) centers, C the same in every call; not to be changed by the caller."""
         if self._centers is None:
-            self._ask(slice(None), centers)
+            self._query(slice(None), centers)
         else:
             furthest = np.sqrt(((centers - self._centers) ** 2).sum(axis=1).max())
             self._gaps -= furthest
             doubtful = np.flatnonzero(self.distances(centers) * (1 + ROUNDING) >= self._gaps)
             if len(doubtful):
-                self._ask(doubtful, centers)
+                self._query(doubtful, centers)
         self._centers = centers
         return self._owners
 
     def distances(self, centers: np.ndarray) -> np.ndarray:
-        """(N,) distance of each sample from its owner as last asked for."""
-        apart = self.samples.positions - centers[self._owners]
-        return np.sqrt(np.einsum("ni,ni->n", apart, apart))
+        """(N,) distance of each sample from the owner of its last query."""
+        offsets = self.samples.positions - centers[self._owners]
+        return np.sqrt(row_dot(offsets, offsets))
 
-    def _ask(self, chosen: slice | np.ndarray, centers: np.ndarray) -> None:
+    def _query(self, chosen: slice | np.ndarray, centers: np.ndarray) -> None:
         if len(centers) == 1:
             self._gaps[:] = np.inf
             return

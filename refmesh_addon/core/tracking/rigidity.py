@@ -2,9 +2,9 @@
 
     sum over pairs: a_ij |(c_i - c_j) - (R_i + R_j)/2 (o_i - o_j)|^2 / m
 
-for centers c in the new frame and o in the old one, R_i the best rotation of the neighbourhood of i, a the affinities and
-m their mean sum over a center's kin. Turning an edge by the mean of its two ends' rotations follows a bend or a twist
-to second order; carrying each center by its neighbourhood's single motion, as published, flattens it a little in every frame.
+for centers c in the new frame and o in the old one, R_i the best rotation of the neighborhood of i, a the affinities and
+m the mean over centers of their sums. Rotating an edge by the mean rotation of its two ends follows a bend or a twist to
+second order; carrying each center by its neighborhood's single motion, as published, flattens it a little in every frame.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from scipy import sparse
 
 from ..geometry.rotations import rigid_motions
 
-SOLVER_STEPS = 6  # conjugate-gradient steps of one solve, started from the present centers; the outer loop goes on from there
+SOLVER_STEPS = 6  # conjugate-gradient steps of one solve, started from the current centers; the outer loop continues from there
 
 
 class Rigidity:
@@ -22,10 +22,10 @@ class Rigidity:
 
     def __init__(self, weights: sparse.csr_matrix, old: np.ndarray):
         self.weights, self.old = weights, old
-        kin = weights - sparse.diags(weights.diagonal())
-        degrees = np.asarray(kin.sum(axis=1)).ravel()
+        links = weights - sparse.diags(weights.diagonal())
+        degrees = np.asarray(links.sum(axis=1)).ravel()
         mean = degrees.mean() if degrees.any() else 1.0
-        self._kin, self._degrees = (kin / mean).tocsr(), degrees / mean
+        self._links, self._degrees = (links / mean).tocsr(), degrees / mean
         self._old_laplacian = self._laplacian(old)
 
     def pulled(self, centers: np.ndarray, goals: np.ndarray, weight: float) -> np.ndarray:
@@ -40,12 +40,12 @@ class Rigidity:
         """(C, 3) sums over j of a_ij (R_i + R_j)/2 (o_i - o_j)."""
         turns = rigid_motions(self.weights, self.old, centers).rotations
         turned = np.einsum("nij,nj->ni", turns, self.old)
-        sums = self._kin @ np.hstack([turns.reshape(-1, 9), turned])
-        theirs = np.einsum("nij,nj->ni", sums[:, :9].reshape(-1, 3, 3), self.old) - sums[:, 9:]
-        return 0.5 * (np.einsum("nij,nj->ni", turns, self._old_laplacian) + theirs)
+        sums = self._links @ np.hstack([turns.reshape(-1, 9), turned])
+        by_neighbors = np.einsum("nij,nj->ni", sums[:, :9].reshape(-1, 3, 3), self.old) - sums[:, 9:]
+        return 0.5 * (np.einsum("nij,nj->ni", turns, self._old_laplacian) + by_neighbors)
 
     def _laplacian(self, values: np.ndarray) -> np.ndarray:
-        return self._degrees[:, None] * values - self._kin @ values
+        return self._degrees[:, None] * values - self._links @ values
 
     def _solved(self, start: np.ndarray, right: np.ndarray, weight: float) -> np.ndarray:
         """Conjugate gradients on (I + weight * Laplacian) c = right, the three coordinates side by side."""

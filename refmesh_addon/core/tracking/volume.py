@@ -1,7 +1,7 @@
 """The enclosed volume as weighted points, coarse to fine: what centers are spread through.
 
-Filling decides at the full resolution what is inside; Lloyd's integrals do not need every voxel. Blocks of voxels that
-keep their exact mass and centroid serve as well: with some hundred blocks per center the pull differs from the one over
+Filling decides at the full resolution what is inside; Lloyd's integrals do not need every voxel. Blocks of voxels with
+their exact mass and centroid serve as well: with some hundred blocks per center the pull differs from the one over
 all voxels by far less than a voxel, at a small part of the cost.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry.voxels import fill, grid_around
 from ..types import FrozenArrays, TriangleMesh
 
-SAMPLES_PER_CENTER = (8, 32, 200)  # blocks wanted per center on each level, coarse to fine
+SAMPLES_PER_CENTER = (8, 32, 200)  # blocks per center on each level, at least, coarse to fine
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
     filled = int(np.count_nonzero(inside))
     if filled < count:
         raise ValueError(f"only {filled} voxels lie inside at resolution {resolution}, too few for {count} centers")
-    *coarse, finest = (_block_edge(filled, wanted * count) for wanted in SAMPLES_PER_CENTER)
+    *coarse, finest = (_block_edge(filled, samples * count) for samples in SAMPLES_PER_CENTER)
     blocks = [_voxel_blocks(inside, finest)]
     for edge in dict.fromkeys(finest * max(1, edge // finest) for edge in reversed(coarse)):
         if edge > finest:
@@ -65,9 +65,9 @@ def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
     return Volume(tuple(levels), grid.spacing, filled * grid.spacing**3)
 
 
-def _block_edge(filled: int, wanted: int) -> int:
-    """Voxels along a block's edge so that at least `wanted` blocks hold the volume, where there are as many voxels."""
-    return max(1, int((filled / wanted) ** (1 / 3)))
+def _block_edge(filled: int, count: int) -> int:
+    """Voxels along a block's edge so that at least `count` blocks hold the `filled` voxels, where there are as many."""
+    return max(1, int((filled / count) ** (1 / 3)))
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ class _Blocks:
 
 def _voxel_blocks(inside: np.ndarray, edge: int) -> _Blocks:
     """The filled voxels of a grid in blocks, one slab of blocks at a time, by lines across the slab: voxels are too many to list."""
-    parts = []
+    slabs = []
     for start in range(0, inside.shape[0], edge):
         counts, offsets = _along_slab(inside[start : start + edge])
         y, z = np.nonzero(counts)
         masses = counts[y, z].astype(np.float64)
         moments = np.stack([start * masses + offsets[y, z], masses * y, masses * z], axis=1)
-        parts.append(_gathered(moments, masses, np.stack([np.full(len(y), start // edge), y // edge, z // edge], axis=1)))
-    places, masses, centroids = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        slabs.append(_gathered(moments, masses, np.stack([np.full(len(y), start // edge), y // edge, z // edge], axis=1)))
+    places, masses, centroids = (np.concatenate(arrays) for arrays in zip(*slabs, strict=True))
     return _Blocks(places, masses, centroids, edge)
 
 
@@ -112,9 +112,9 @@ def _joined(blocks: _Blocks, factor: int) -> _Blocks:
 
 
 def _gathered(moments: np.ndarray, masses: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The places (N, 3) that occur, in order, with the mass (N,) and the centroid (N, 3) of what is there.
+    """Distinct places (N, 3) in ascending order, with the total mass (N,) and the centroid (N, 3) at each.
 
-    moments : mass times position.
+    moments : (M, 3) mass times position.  masses : (M,).  places : (M, 3) int, some of them equal.
     """
     if not len(masses):
         return places, masses, moments

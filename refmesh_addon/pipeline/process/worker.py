@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TextIO
 
 from ...core.errors import Cancelled, RefMeshError
-from ...io.sequence import find_sequence
+from ...io.discovery import find_sequence
 from ..session.job import CACHE_FOLDER, JobSpec
 from .events import Event
 from .lock import output_lock

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...core.settings import Settings
+from ...io.discovery import find_sequence
 from ...io.files import output_folder
 from ...io.frame_range import in_words
 from ...io.report import Report
-from ...io.sequence import find_sequence
 from .cache import Cache
 from .frames import Frames
 from .job import CACHE_FOLDER, JobSpec

@@ -13,16 +13,16 @@ import numpy as np
 from ...core.capture.diagnosis import FrameFigures, diagnose, examine
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
+from ...io.discovery import find_sequence
 from ...io.files import output_folder
 from ...io.findings import write_findings
 from ...io.meshes import parse_mesh, read_bytes
 from ...io.preview import PreviewMesh, preview_path, read_arrays, remove_other_previews, write_preview
-from ...io.sequence import find_sequence
 from ...io.textures import missing_textures
 from ..session.job import CHECK, JobSpec
 from ..session.parallel import Workers
 
-FIGURES = "figures"  # the name under which a preview keeps what was found out about its frame
+FIGURES_NAME = "figures"  # of the array in which a preview keeps the figures of its frame
 
 
 def check_sequence(spec: JobSpec, notify: Callable[[str, int | None, float], None], workers: Workers) -> list[Finding]:
@@ -60,14 +60,14 @@ def look_at(number: int, path: Path, output: Path) -> FrameFigures:
     content = hashlib.blake2b(data, digest_size=16).hexdigest()
     figures = FrameFigures(number, content=content, missing_textures=missing_textures(data, path), **examine(mesh))
     entry = np.array(json.dumps(asdict(figures)))
-    write_preview(preview_path(output, path), PreviewMesh.of(mesh), {FIGURES: entry})
+    write_preview(preview_path(output, path), PreviewMesh.of(mesh), {FIGURES_NAME: entry})
     return figures
 
 
 def _known(number: int, path: Path, output: Path) -> FrameFigures | None:
     try:
-        arrays = read_arrays(preview_path(output, path), [FIGURES])
-        values = json.loads(str(arrays[FIGURES])) if arrays else None
+        arrays = read_arrays(preview_path(output, path), [FIGURES_NAME])
+        values = json.loads(str(arrays[FIGURES_NAME])) if arrays else None
     except (OSError, ValueError):
         return None
     if values is None:

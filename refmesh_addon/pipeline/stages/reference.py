@@ -210,8 +210,5 @@ def _warn_of_joined(context: Context, group: Group, bodies: np.ndarray | None) -
 
 
 def _write_centers(context: Context, tracked: Tracked, groups: list[Group], bodies: np.ndarray | None) -> None:
-    arrays = {}
-    for group in groups:
-        arrays[f"group_{group.index:03d}_reference_centers"] = group.centers.positions
-        arrays[f"group_{group.index:03d}_center_indices"] = np.arange(len(group.centers.positions))
+    arrays = {f"group_{group.index:03d}_reference_centers": group.centers.positions for group in groups}
     write_centers(context, tracked, arrays, bodies)

@@ -15,13 +15,13 @@ from scipy import sparse
 from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
 from ...core.tracking.forward import first_frame, next_frame
-from ...core.tracking.renumbering import matched
+from ...core.tracking.renumbering import assignment
 from ...core.types import TriangleMesh
 from ..session.cache import Arrays, digest
 from ..session.context import READING_SHARE, Context
 from .groups import fixed_spans
 from .tracking import TRACKING_SCHEMA, enclosed_volume
-from .tracking_result import FIGURES, Part, Tracked, frame_entry, report_tracking
+from .tracking_result import FRAME_FIGURES, Part, Tracked, frame_entry, report_tracking
 
 
 def track_groups(context: Context) -> Tracked:
@@ -54,7 +54,7 @@ def track_group(bodies: list[TriangleMesh], paths: list[Path], settings: Trackin
         state = next_frame(state, volume, settings) if state else first_frame(volume, settings)
         entries.append(frame_entry(state, volume, path))
     pairs = state.affinity.weights().tocoo()
-    arrays = {name: np.stack([entry[name] for entry in entries]) for name in (*FIGURES, "centers", "volume", "outside")}
+    arrays = {name: np.stack([entry[name] for entry in entries]) for name in (*FRAME_FIGURES, "centers", "volume", "outside")}
     return arrays | {"row": pairs.row, "column": pairs.col, "value": pairs.data, "spacing": np.float64(state.affinity.spacing)}
 
 
@@ -64,14 +64,14 @@ def _joined(context: Context, spans: list[tuple[int, ...]], found: list[Arrays],
     for span, made, own_key in zip(spans, found, keys, strict=True):
         centers, spacing = made["centers"], float(made["spacing"])
         count = centers.shape[1]
-        order = np.arange(count) if beyond is None else matched(beyond, centers[0])
+        order = np.arange(count) if beyond is None else assignment(beyond, centers[0])
         if beyond is not None:
             apart = np.linalg.norm(centers[0][order] - beyond, axis=1)
             steps.append(float(np.sqrt(np.mean(apart**2)) / spacing))
         affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (count, count))[order][:, order].tocsr()
         key = digest(key, own_key)  # the numbers, and nothing else, depend on the groups before
         positions += list(centers[: len(span), order])
-        entries += [{name: made[name][frame] for name in (*FIGURES, "volume", "outside")} for frame in range(len(span))]
+        entries += [{name: made[name][frame] for name in (*FRAME_FIGURES, "volume", "outside")} for frame in range(len(span))]
         beyond = centers[len(span), order] if len(centers) > len(span) else None
         parts.append(Part(span[-1] + 1, affinity, spacing, key, beyond))
     report_tracking(context, entries, parts[0].spacing)

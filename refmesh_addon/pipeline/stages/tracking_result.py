@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from ...core.errors import RefMeshError
-from ...core.tracking.center_figures import center_figures
+from ...core.tracking.center_attributes import center_attributes
 from ...core.tracking.forward import TrackedFrame
 from ...core.tracking.volume import Volume
 from ...io.files import CENTERS_NAME, output_folder, write_npz
@@ -20,8 +20,8 @@ from ..session.context import Context
 
 VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before it is worth a word
 OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
-CENTER_FIGURES_SCHEMA = 1
-FIGURES = ("dfu", "lloyd_energy", "arap_energy", "steps")  # of each frame
+CENTER_ATTRIBUTES_SCHEMA = 1
+FRAME_FIGURES = ("dfu", "lloyd_energy", "arap_energy", "steps")  # of each frame
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def frame_entry(state: TrackedFrame, volume: Volume, path: object) -> Arrays:
     if not np.isfinite(state.centers).all():
         raise RefMeshError(f"{path}: the centers were lost here; leave this frame out with --frames")
     outside = np.mean(cKDTree(volume.finest.positions).query(state.centers)[0] > volume.finest.spacing)
-    figures = {name: np.float64(getattr(state, name)) for name in FIGURES}
+    figures = {name: np.float64(getattr(state, name)) for name in FRAME_FIGURES}
     return figures | {"centers": state.centers, "volume": np.float64(volume.size), "outside": outside}
 
 
@@ -107,8 +107,8 @@ def write_centers(context: Context, tracked: Tracked, reference_centers: dict[st
     """
     spacing = context.report.tracking["center_spacing"]
     entry, marked = ("tracking/figures", []) if bodies is None else ("reference/figures", bodies.tolist())
-    key = digest(CENTER_FIGURES_SCHEMA, [part.key for part in tracked.parts], marked)
-    figures = context.cache.load_or_make(entry, key, lambda: center_figures(tracked.positions, spacing, bodies))
+    key = digest(CENTER_ATTRIBUTES_SCHEMA, [part.key for part in tracked.parts], marked)
+    figures = context.cache.load_or_make(entry, key, lambda: center_attributes(tracked.positions, spacing, bodies))
     centers = {"frames": np.array(context.numbers), "positions": tracked.positions}
     write_npz(context.output / CENTERS_NAME, {**centers, **figures, **reference_centers})
 

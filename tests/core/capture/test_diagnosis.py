@@ -52,13 +52,13 @@ def test_figures_that_are_no_matter_of_the_mesh():
 def test_each_gap_is_one_finding_at_the_frame_that_is_held():
     frames = [frame(number) for number in (1, 2, 5, 6, 8)]
     findings = diagnose(frames, (3, 4, 7))
-    assert [(finding.frame, finding.words.split(" missing")[0]) for finding in findings] == [(2, "frames 3 to 4 are"), (6, "frame 7 is")]
+    assert [(finding.frame, finding.message.split(" missing")[0]) for finding in findings] == [(2, "frames 3 to 4 are"), (6, "frame 7 is")]
 
 
 def test_what_most_frames_have_is_said_once_where_it_is_worst():
     frames = [frame(number, open_edges=10 + (number == 7)) for number in range(1, 10)]
     (finding,) = diagnose(frames)
-    assert finding.frame == 7 and "in 9 of 9 frames" in finding.words
+    assert finding.frame == 7 and "in 9 of 9 frames" in finding.message
 
 
 def test_steady_growth_and_noise_are_no_jumps():

@@ -39,7 +39,7 @@ def test_a_wide_gap_stays_open():
 
 
 def test_a_fine_rim_is_not_gathered():
-    """Edges shorter than a hair: their ends are neighbours along the rim, not two sides of a seam."""
+    """Edges shorter than a hair: their ends are neighbors along the rim, not two sides of a seam."""
     turns = np.linspace(0.0, 2 * np.pi, 50_000, endpoint=False)
     rim, around = np.column_stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)]), np.arange(len(turns))
     disc = TriangleMesh(np.vstack([rim, np.zeros((1, 3))]), np.column_stack([around, np.roll(around, -1), np.full(len(rim), len(rim))]))

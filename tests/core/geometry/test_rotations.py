@@ -64,7 +64,7 @@ def test_turning_the_input_turns_the_answer():
     assert_allclose(closest_rotations(7.0 * m), closest_rotations(m), atol=1e-9)
 
 
-def test_the_answer_does_not_depend_on_its_neighbours_in_the_batch():
+def test_the_answer_does_not_depend_on_its_neighbors_in_the_batch():
     m = np.random.default_rng(3).normal(size=(20_000, 3, 3))
     assert np.array_equal(closest_rotations(m)[9000:9007], closest_rotations(m[9000:9007]))
 
@@ -76,7 +76,7 @@ def test_no_matrices_and_wrong_shapes():
 
 
 def kabsch(weights, source, target):
-    """Plain loop over the neighbourhoods."""
+    """Plain loop over the neighborhoods."""
     moved = np.empty_like(source)
     for i, row in enumerate(weights):
         row = row / row.sum()
@@ -104,7 +104,7 @@ def test_rigid_motions_recover_a_rigid_motion_far_from_the_origin():
     assert_allclose(motions.apply(source), target, atol=1e-8)
 
 
-def test_a_neighbourhood_without_weight_does_not_turn():
+def test_a_neighborhood_without_weight_does_not_turn():
     source = np.random.default_rng(6).normal(size=(4, 3))
     motions = rigid_motions(sparse.csr_matrix((4, 4)), source, source + [1.0, 0.0, 0.0])
     assert_allclose(motions.apply(source), source + [1.0, 0.0, 0.0])

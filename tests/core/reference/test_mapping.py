@@ -7,7 +7,8 @@ from scipy import sparse
 
 from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume, vertex_components
 from refmesh_addon.core.reference import mapping
-from refmesh_addon.core.reference.mapping import INWARD, NEIGHBORS, FrameMap, bind, spline_mapped, torn
+from refmesh_addon.core.reference.mapping import INWARD, NEIGHBORS, FrameMap, bind, spline_mapped
+from refmesh_addon.core.reference.tears import torn
 from refmesh_addon.core.tracking import lloyd
 from refmesh_addon.core.tracking.affinity import near_pairs
 from refmesh_addon.core.tracking.volume import sample_volume

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.reference.marked_bodies import marked_bodies, marked_centers
 from refmesh_addon.core.reference.separation import within_bodies
-from refmesh_addon.core.tracking.neighbours import PARTED, lasting_pairs
+from refmesh_addon.core.tracking.neighbors import PARTED, lasting_pairs
 
 STEP = 0.1
 

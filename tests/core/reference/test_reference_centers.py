@@ -59,7 +59,7 @@ def guttman_by_loop(points, wanted):
 
 def test_steps_same_as_a_loop(monkeypatch):
     wanted, points = largest_distances(random_frames()), random_points(seed=5)
-    monkeypatch.setattr(module, "MOST_STEPS", 3)
+    monkeypatch.setattr(module, "MAX_STEPS", 3)
     expected = points - points.mean(axis=0)
     for _ in range(3):
         expected = guttman_by_loop(expected, wanted)
@@ -69,7 +69,7 @@ def test_steps_same_as_a_loop(monkeypatch):
 def test_stress_never_rises(monkeypatch):
     wanted, history = largest_distances(parting_frames()), []
     for steps in range(1, 60):
-        monkeypatch.setattr(module, "MOST_STEPS", steps)
+        monkeypatch.setattr(module, "MAX_STEPS", steps)
         history.append(stress(smacof(wanted, parting_frames()[0]), wanted))
     assert (np.diff(history) <= 1e-12).all()
     assert history[-1] < 0.5 * history[0]
@@ -201,7 +201,7 @@ def test_near_pairs_are_kept_better_when_they_count_more():
 
 def test_weighted_steps_same_as_with_the_pseudo_inverse(monkeypatch):
     wanted, points = largest_distances(random_frames()), random_points(seed=5)
-    monkeypatch.setattr(module, "MOST_STEPS", 3)
+    monkeypatch.setattr(module, "MAX_STEPS", 3)
     weights = near_weights(wanted)
     inverse = np.linalg.pinv(np.diag(weights.sum(axis=1)) - weights)
     expected = points - points.mean(axis=0)

@@ -48,7 +48,7 @@ def test_a_refined_grid_carries_the_same_function(grid):
     assert_allclose(fine.interpolation(points) @ grid.prolonged(values, fine), grid.interpolation(points) @ values)
 
 
-def test_dilation_reaches_all_neighbours_and_stays_in_the_grid(grid):
+def test_dilation_reaches_all_neighbors_and_stays_in_the_grid(grid):
     corner, middle = grid.keys(np.array([[0, 0, 0]])), grid.keys(np.array([[4, 3, 2]]))
     assert len(grid.dilated(corner)) == 8
     assert len(grid.dilated(middle)) == 27

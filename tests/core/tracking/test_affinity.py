@@ -10,7 +10,7 @@ from refmesh_addon.core.tracking import lloyd
 from refmesh_addon.core.tracking.affinity import (
     DISAGREEMENT_HALF,
     FADE,
-    LEAST,
+    MIN_AFFINITY,
     REACH,
     SEPARATION_HALF,
     Affinity,
@@ -62,7 +62,7 @@ def test_all_pairs_within_reach_are_found_once(centers, volume):
 
 def test_the_constants_are_where_an_affinity_halves_and_ends():
     pairs = Affinity(np.array([0, 1]), np.array([1, 2]), np.array([SEPARATION_HALF**2, REACH**2]), np.ones(2), 3, 1.0)
-    assert_allclose(pairs.values(), [0.5, LEAST])
+    assert_allclose(pairs.values(), [0.5, MIN_AFFINITY])
 
 
 @pytest.mark.parametrize("variant", ["max", "iir"])
@@ -73,8 +73,8 @@ def test_weights_are_symmetric_from_zero_to_one_with_ones_on_the_diagonal(center
     assert_array_equal(weights, weights.T)
     assert_array_equal(np.diag(weights), 1.0)
     assert weights.max() == 1.0
-    assert weights[weights > 0].min() >= LEAST
-    assert (affinity.values() < LEAST).any(), "some are dropped"
+    assert weights[weights > 0].min() >= MIN_AFFINITY
+    assert (affinity.values() < MIN_AFFINITY).any(), "some are dropped"
 
 
 def test_disagreement_is_the_mean_over_the_voxels_of_both_cells(centers, volume):

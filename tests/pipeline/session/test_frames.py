@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume
-from refmesh_addon.io.sequence import find_sequence
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.cache import Cache
 from refmesh_addon.pipeline.session.frames import FRAMES_IN_MEMORY, Frames
 

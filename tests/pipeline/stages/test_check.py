@@ -39,7 +39,7 @@ def test_findings_of_a_real_process_are_written_for_panel_and_person(take, tmp_p
     findings = read_findings(tmp_path / "out")
     assert [(finding.kind, finding.frame) for finding in findings] == [("unreadable", 5), ("gap", 2), ("duplicate", 7)]
     text = (tmp_path / "out" / CHECK_TEXT).read_text()
-    assert all(finding.words in text for finding in findings) and str(take) not in text
+    assert all(finding.message in text for finding in findings) and str(take) not in text
 
 
 def test_frames_are_prepared_for_the_preview(take, tmp_path):

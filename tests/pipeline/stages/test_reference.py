@@ -1,7 +1,7 @@
 """What the reference stage writes, checked against the meshes it wrote."""
 
 import numpy as np
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume, vertex_components
 from refmesh_addon.core.reference.reference_centers import reference_centers
@@ -45,7 +45,6 @@ def test_reference_centers_are_those_of_the_tracked_positions_set_apart_body_by_
     (group,) = report(finished)["groups"]
     with np.load(finished / "centers.npz") as centers:
         positions, found = centers["positions"], centers["group_000_reference_centers"]
-        assert_array_equal(centers["group_000_center_indices"], np.arange(positions.shape[1]))
     expected = reference_centers(positions)
     moves = found - expected.positions
     steps, body = np.unique(moves.round(9), axis=0, return_inverse=True)

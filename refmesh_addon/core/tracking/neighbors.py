@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-NEAR = 1.75  # center spacings between neighbours; the affinity of two centers has fallen to one half there
-PARTED = 3.0  # center spacings at which neighbours have parted
+NEAR = 1.75  # center spacings between neighbors; the affinity of two centers has fallen to one half there
+PARTED = 3.0  # center spacings at which neighbors have parted
 
 
-def neighbours(centers: np.ndarray, spacing: float) -> np.ndarray:
+def neighbor_pairs(centers: np.ndarray, spacing: float) -> np.ndarray:
     """(N, 2) pairs of (C, 3) centers that are near each other. spacing : s, scene units."""
     return cKDTree(centers).query_pairs(NEAR * spacing, output_type="ndarray")
 
@@ -19,7 +19,7 @@ def lasting_pairs(positions: np.ndarray, spacing: float) -> tuple[np.ndarray, np
 
     positions : (F, C, 3) scene units.  spacing : s, scene units.
     """
-    pairs = neighbours(positions[0], spacing)
+    pairs = neighbor_pairs(positions[0], spacing)
     farthest = np.max([np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=1) for centers in positions], axis=0)
     together = farthest < PARTED * spacing
     return pairs[together], farthest[together]

@@ -1,4 +1,4 @@
-"""Figures of each tracked center over a whole sequence, by which a person sees what was followed well and what was not."""
+"""Attributes of each tracked center over a whole sequence, by which a person sees what was followed well and what was not."""
 
 from __future__ import annotations
 
@@ -6,28 +6,32 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..findings import FIGURES
+from ..findings import CENTER_ATTRIBUTES
 from .irregularity import irregularity
-from .neighbours import lasting_pairs, neighbours
+from .neighbors import lasting_pairs, neighbor_pairs
 
 
-def center_figures(positions: np.ndarray, spacing: float, marked: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    """name -> (C,) for each of FIGURES. positions : (F, C, 3).  spacing : s, scene units.  marked : (C,) bodies that must be apart.
+def center_attributes(positions: np.ndarray, spacing: float, marked: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    """name -> (C,) for each of CENTER_ATTRIBUTES.
 
+    positions : (F, C, 3).  spacing : s, scene units.  marked : (C,) bodies that must be apart.
     "body" is a number from 0 on, the largest body first; the others are in center spacings.
     """
-    pairs = neighbours(positions[0], spacing)
-    found = (
+    pairs = neighbor_pairs(positions[0], spacing)
+    values = (
         lasting_bodies(positions, spacing, marked),
         _mean_step(positions) / spacing,
         _stretch(positions, pairs) / spacing,
         np.sqrt(irregularity(positions)) / spacing,
     )
-    return dict(zip(FIGURES, found, strict=True))
+    return dict(zip(CENTER_ATTRIBUTES, values, strict=True))
 
 
 def lasting_bodies(positions: np.ndarray, spacing: float, marked: np.ndarray | None = None) -> np.ndarray:
-    """(C,) number of what hangs together in every frame, and is not marked as two bodies: the "body" of `center_figures`."""
+    """(C,) number of the body of each center: what stays connected in every frame and is not marked as two bodies.
+
+    positions : (F, C, 3).  spacing : s, scene units.  marked : (C,) bodies that must be apart.
+    """
     pairs, _ = lasting_pairs(positions, spacing)
     if marked is not None:
         pairs = pairs[marked[pairs[:, 0]] == marked[pairs[:, 1]]]
@@ -39,13 +43,14 @@ def lasting_bodies(positions: np.ndarray, spacing: float, marked: np.ndarray | N
 
 
 def _mean_step(positions: np.ndarray) -> np.ndarray:
+    """(C,) mean distance that a center goes from frame to frame."""
     if len(positions) < 2:
         return np.zeros(positions.shape[1])
     return np.mean([np.linalg.norm(after - before, axis=1) for before, after in zip(positions[:-1], positions[1:])], axis=0)
 
 
 def _stretch(positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """(C,) mean over frames and neighbours of how much longer or shorter than at first the way to a neighbour is."""
+    """(C,) mean change of the distance to a neighbor against the first frame, over frames and neighbors; pairs : (N, 2)."""
     count = positions.shape[1]
     if not len(pairs):
         return np.zeros(count)
