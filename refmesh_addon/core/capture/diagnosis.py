@@ -1,4 +1,4 @@
-"""What may be wrong with the frames of a captured sequence, found before hours of work go into it."""
+"""Checks of a captured sequence: what may be wrong with its frames, before hours of computation go into it."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from ..types import TriangleMesh
 from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .seams import stitched
 
-LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; the pipeline refuses more
-SCALE_JUMP = 1.5  # the same between a frame and its neighbors, where bodies come and go
-COUNT_JUMP = 1.5  # ratio of vertex counts of a frame and its neighbors
-VOLUME_JUMP = 1.25  # ratio of the enclosed volumes of a frame and its neighbors
-TYPICAL_SPREADS = 6.0  # a jump also has to stand out by so many median deviations of the whole sequence
+LARGEST_SCALE_JUMP = 5.0  # ratio of a frame's bounding-box diagonal to the median beyond which the pipeline refuses it
+SCALE_JUMP = 1.5  # the same ratio to the frames around it, where bodies come and go
+COUNT_JUMP = 1.5  # ratio of a frame's vertex count to that of the frames around it
+VOLUME_JUMP = 1.25  # the same of its enclosed volume
+TYPICAL_SPREADS = 6.0  # a jump also has to stand out by this many median deviations of the whole sequence
 NEIGHBORS = 2  # frames before and after that a frame is compared with
-OPEN = "{:d} edges are open; the holes are capped where volume counts"
-INWARD_SHARE = 0.01  # of the surface that may face inward before it is worth a word
+LEAST_SHARED = 3  # frames with the same finding from which on one for all of them is enough
+NAMED_TEXTURES = 3  # missing files that a message names
+INWARD_SHARE = 0.01  # of the surface that may face inward before it is worth reporting
 
 
 @dataclass(frozen=True)
-class FrameFigures:
-    """What is known of one frame; all but number and error are meaningless where it cannot be read.
+class FrameStatistics:
+    """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
     diagonal : of the bounding box, scene units.  volume : enclosed with holes capped, scene units cubed.
     open_edges : edges with a triangle on one side only.  inward : share of the area that faces inward.
-    missing_textures : files that the frame names and that are not there.
+    missing_textures : files that the frame refers to and that do not exist.
     """
 
     number: int
@@ -46,81 +47,88 @@ class FrameFigures:
     missing_textures: tuple[str, ...] = ()
 
 
-def examine(mesh: TriangleMesh) -> dict[str, float]:
-    """The figures of `FrameFigures` that come from the mesh alone."""
+# A number to judge a frame by: a jump from frame to frame, or above 0, is a finding.
+Statistic = Callable[[FrameStatistics], float]
+
+
+def mesh_statistics(mesh: TriangleMesh) -> dict[str, float]:
+    """The fields of `FrameStatistics` that come from the mesh alone."""
     whole = stitched(merged(mesh)[0])
     areas = triangle_areas(whole)
     patches = flipped_patches(whole)
-    agreed = reoriented(whole, patches)
-    bodies = inside_out_bodies(agreed)
+    consistent = reoriented(whole, patches)
+    bodies = inside_out_bodies(consistent)
     return {
         "vertices": len(mesh.vertices),
         "diagonal": whole.diagonal,
-        "volume": signed_volume(capped(reoriented(agreed, bodies))),
-        "open_edges": len(boundary_edges(agreed)),
+        "volume": signed_volume(capped(reoriented(consistent, bodies))),
+        "open_edges": len(boundary_edges(consistent)),
         "inward": float(areas[patches ^ bodies].sum() / areas.sum()),
     }
 
 
-def diagnose(frames: Sequence[FrameFigures], gaps: Sequence[int] = ()) -> list[Finding]:
-    """Findings about a sequence, the gravest first, then by frame; gaps : numbers that are missing.
+def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> list[Finding]:
+    """Findings about a sequence, the most severe first, then by frame.  gaps : missing frame numbers.
 
-    What most frames have in common is one finding at the frame that has most of it.
+    What most frames have in common is reported once, at the frame where it is worst.
     """
     readable = [frame for frame in frames if not frame.error]
-    found = [Finding("unreadable", "error", frame.number, frame.error) for frame in frames if frame.error]
-    found += _duplicates(readable) + _gaps(frames, gaps) + _scales(readable)
-    found += _jumps(readable, "vertex count", COUNT_JUMP, lambda frame: frame.vertices)
-    found += _jumps(readable, "volume", VOLUME_JUMP, lambda frame: abs(frame.volume))
-    found += _shared(readable, "holes", "note", lambda frame: frame.open_edges, OPEN)
-    found += _shared(
-        readable,
-        "facing",
-        "note",
-        lambda frame: frame.inward if frame.inward > INWARD_SHARE else 0.0,
-        "{:.0%} of the surface faces inward; it is turned round",
-    )
-    textures = "{:d} textures are missing: {names}"
-    found += _shared(readable, "textures", "note", lambda frame: len(frame.missing_textures), textures)
+    findings = [
+        *(Finding("unreadable", "error", frame.number, frame.error) for frame in frames if frame.error),
+        *_duplicates(readable),
+        *_gaps(frames, gaps),
+        *_scales(readable),
+        *_jumps(readable, "vertex count", COUNT_JUMP, lambda frame: frame.vertices),
+        *_jumps(readable, "volume", VOLUME_JUMP, lambda frame: abs(frame.volume)),
+        *_notes(readable, "holes", lambda frame: frame.open_edges, "{:d} edges are open; holes are capped where volume counts"),
+        *_notes(readable, "facing", _inward, "{:.0%} of the surface faces inward; it is flipped"),
+        *_notes(readable, "textures", lambda frame: len(frame.missing_textures), "{:d} textures are missing: {names}"),
+    ]
     order = list(SEVERITIES)
-    return sorted(found, key=lambda finding: (order.index(finding.severity), finding.frame))
+    return sorted(findings, key=lambda finding: (order.index(finding.severity), finding.frame))
 
 
-def _duplicates(frames: Sequence[FrameFigures]) -> list[Finding]:
+def _inward(frame: FrameStatistics) -> float:
+    return frame.inward if frame.inward > INWARD_SHARE else 0.0
+
+
+def _duplicates(frames: Sequence[FrameStatistics]) -> list[Finding]:
+    """Frames with the content of an earlier one."""
     first: dict[str, int] = {}
-    found = []
+    findings = []
     for frame in frames:
         same = first.setdefault(frame.content, frame.number)
         if same != frame.number:
-            found.append(Finding("duplicate", "warning", frame.number, f"the same as frame {same}: motion stops here"))
-    return found
+            findings.append(Finding("duplicate", "warning", frame.number, f"identical to frame {same}: motion stops here"))
+    return findings
 
 
-def _gaps(frames: Sequence[FrameFigures], gaps: Sequence[int]) -> list[Finding]:
+def _gaps(frames: Sequence[FrameStatistics], gaps: Sequence[int]) -> list[Finding]:
+    """One finding for each run of missing frames, at the frame before it."""
     numbers = np.array([frame.number for frame in frames])
     before = numbers[np.searchsorted(numbers, gaps) - 1] if len(gaps) else []
-    found = []
+    findings = []
     for number in np.unique(before):
         missing = [gap for gap, held in zip(gaps, before, strict=True) if held == number]
-        words = f"frame {missing[0]} is" if len(missing) == 1 else f"frames {missing[0]} to {missing[-1]} are"
-        found.append(Finding("gap", "warning", int(number), f"{words} missing after this one, which is held"))
-    return found
+        subject = f"frame {missing[0]} is" if len(missing) == 1 else f"frames {missing[0]} to {missing[-1]} are"
+        findings.append(Finding("gap", "warning", int(number), f"{subject} missing after this one, which is held"))
+    return findings
 
 
-def _scales(frames: Sequence[FrameFigures]) -> list[Finding]:
-    """Frames in another unit, and smaller jumps from frame to frame."""
+def _scales(frames: Sequence[FrameStatistics]) -> list[Finding]:
+    """Frames in another unit, and smaller changes of size from frame to frame."""
     if not frames:
         return []
-    usual = float(np.median([frame.diagonal for frame in frames]))
-    strange = [frame for frame in frames if not usual / LARGEST_SCALE_JUMP <= frame.diagonal <= usual * LARGEST_SCALE_JUMP]
-    words = "{:.3g} times the usual size: export all frames in one unit, or leave it out"
-    found = [Finding("scale", "error", frame.number, words.format(frame.diagonal / usual)) for frame in strange]
-    return found + _jumps([frame for frame in frames if frame not in strange], "size", SCALE_JUMP, lambda frame: frame.diagonal)
+    median = float(np.median([frame.diagonal for frame in frames]))
+    usual = [frame for frame in frames if median / LARGEST_SCALE_JUMP <= frame.diagonal <= median * LARGEST_SCALE_JUMP]
+    message = "{:.3g} times the usual size: export all frames in one unit, or leave this one out"
+    findings = [Finding("scale", "error", frame.number, message.format(frame.diagonal / median)) for frame in frames if frame not in usual]
+    return findings + _jumps(usual, "size", SCALE_JUMP, lambda frame: frame.diagonal)
 
 
-def _jumps(frames: Sequence[FrameFigures], kind: str, least: float, figure: Callable[[FrameFigures], float]) -> list[Finding]:
-    """Frames whose figure stands out from that of their neighbors and from how much it varies otherwise."""
-    values = np.array([figure(frame) for frame in frames], dtype=float)
+def _jumps(frames: Sequence[FrameStatistics], kind: str, least: float, statistic: Statistic) -> list[Finding]:
+    """Frames in which a statistic differs from that of the frames around them by more than it usually does, and by `least` as a ratio."""
+    values = np.array([statistic(frame) for frame in frames], dtype=float)
     if len(values) < 3 or not (values > 0).all():
         return []
     padded = np.pad(np.log(values), NEIGHBORS, mode="reflect" if len(values) > NEIGHBORS else "edge")
@@ -133,15 +141,14 @@ def _jumps(frames: Sequence[FrameFigures], kind: str, least: float, figure: Call
     ]
 
 
-def _shared(
-    frames: Sequence[FrameFigures], kind: str, severity: str, figure: Callable[[FrameFigures], float], words: str
-) -> list[Finding]:
-    affected = [frame for frame in frames if figure(frame) > 0]
+def _notes(frames: Sequence[FrameStatistics], kind: str, statistic: Statistic, template: str) -> list[Finding]:
+    """A note for each frame in which a statistic is above 0; for most frames, one at the worst."""
+    affected = [frame for frame in frames if statistic(frame) > 0]
 
-    def said(frame: FrameFigures) -> str:
-        return words.format(figure(frame), names=", ".join(frame.missing_textures[:3]))
+    def message(frame: FrameStatistics) -> str:
+        return template.format(statistic(frame), names=", ".join(frame.missing_textures[:NAMED_TEXTURES]))
 
-    if 2 * len(affected) <= len(frames) or len(affected) < 3:
-        return [Finding(kind, severity, frame.number, said(frame)) for frame in affected]
-    worst = max(affected, key=figure)
-    return [Finding(kind, severity, worst.number, f"{said(worst)}; so in {len(affected)} of {len(frames)} frames, most here")]
+    if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
+        return [Finding(kind, "note", frame.number, message(frame)) for frame in affected]
+    worst = max(affected, key=statistic)
+    return [Finding(kind, "note", worst.number, f"{message(worst)}; in {len(affected)} of {len(frames)} frames, here the most")]

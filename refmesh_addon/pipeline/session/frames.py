@@ -44,7 +44,7 @@ class Frames:
             self.keys.append(digest(FRAME_SCHEMA, data))
             arrays = cache.load_or_make(self._entry(index), self.keys[-1], lambda data=data, path=frame.path: _parsed(data, path))
             if arrays["inside_out"]:
-                warn(f"{frame.path}: a body is inside out; its triangles are turned round")
+                warn(f"{frame.path}: a body is inside out; its triangles are flipped")
             self.counts.append(len(arrays["triangles"]))
             boxes.append((arrays["vertices"].min(axis=0), arrays["vertices"].max(axis=0)))
         self.boxes = np.array(boxes)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.capture.diagnosis import FrameFigures, diagnose, examine
+from ...core.capture.diagnosis import FrameStatistics, diagnose, mesh_statistics
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
 from ...io.discovery import find_sequence
@@ -33,7 +33,7 @@ def check_sequence(spec: JobSpec, notify: Callable[[str, int | None, float], Non
     """
     sequence = find_sequence(spec.source, spec.frames)
     output = output_folder(spec.output)
-    known: dict[int, FrameFigures] = {}
+    known: dict[int, FrameStatistics] = {}
     for index, frame in enumerate(sequence.frames):
         notify(CHECK, frame.number, 0.0)
         figures = _known(frame.number, frame.path, output) if spec.resume else None
@@ -50,21 +50,21 @@ def check_sequence(spec: JobSpec, notify: Callable[[str, int | None, float], Non
     return findings
 
 
-def look_at(number: int, path: Path, output: Path) -> FrameFigures:
+def look_at(number: int, path: Path, output: Path) -> FrameStatistics:
     """The figures of one frame, kept with its preview; one that cannot be read has neither."""
     try:
         data = read_bytes(path)
         mesh = parse_mesh(data, path)
     except RefMeshError as error:
-        return FrameFigures(number, str(error).replace(f"{path}: ", ""))
+        return FrameStatistics(number, str(error).replace(f"{path}: ", ""))
     content = hashlib.blake2b(data, digest_size=16).hexdigest()
-    figures = FrameFigures(number, content=content, missing_textures=missing_textures(data, path), **examine(mesh))
+    figures = FrameStatistics(number, content=content, missing_textures=missing_textures(data, path), **mesh_statistics(mesh))
     entry = np.array(json.dumps(asdict(figures)))
     write_preview(preview_path(output, path), PreviewMesh.of(mesh), {FIGURES_NAME: entry})
     return figures
 
 
-def _known(number: int, path: Path, output: Path) -> FrameFigures | None:
+def _known(number: int, path: Path, output: Path) -> FrameStatistics | None:
     try:
         arrays = read_arrays(preview_path(output, path), [FIGURES_NAME])
         values = json.loads(str(arrays[FIGURES_NAME])) if arrays else None
@@ -72,4 +72,4 @@ def _known(number: int, path: Path, output: Path) -> FrameFigures | None:
         return None
     if values is None:
         return None
-    return FrameFigures(**{**values, "number": number, "missing_textures": tuple(values["missing_textures"])})
+    return FrameStatistics(**{**values, "number": number, "missing_textures": tuple(values["missing_textures"])})

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from refmesh_addon.core.capture.diagnosis import FrameFigures, diagnose, examine
+from refmesh_addon.core.capture.diagnosis import FrameStatistics, diagnose, mesh_statistics
 
 from ..shapes import above, ball, box, flipped, inside_out, joined, moved, without
 
 
-def frame(number: int, mesh=None, **changes) -> FrameFigures:
-    return FrameFigures(**{"number": number, "content": str(number), **examine(mesh or ball(2)), **changes})
+def frame(number: int, mesh=None, **changes) -> FrameStatistics:
+    return FrameStatistics(**{"number": number, "content": str(number), **mesh_statistics(mesh or ball(2)), **changes})
 
 
 def found(frames, gaps=()) -> list[tuple[str, str, int]]:
     return [(finding.kind, finding.severity, finding.frame) for finding in diagnose(frames, gaps)]
 
 
-def take(odd=None, **changes) -> list[FrameFigures]:
+def take(odd=None, **changes) -> list[FrameStatistics]:
     """Nine frames of which the fifth is another mesh, or has other figures."""
     return [frame(number, odd if number == 5 else None, **(changes if number == 5 else {})) for number in range(1, 10)]
 
