@@ -97,7 +97,7 @@ def test_presets_and_new_results_keep_the_marks(blender, touching):
         ("mark_body", {"body": 1}, lambda owner: select(owner, [0]), "no such marked body; none marked so far"),
         ("forget_body", {"body": 2}, lambda owner: select(owner, [0]), "no such marked body"),
         ("forget_body", {}, lambda owner: None, "no such marked body"),
-        ("mark_body", {}, lambda owner: setattr(owner.refmesh.settings, "apart", "six"), "'six' is no frame"),
+        ("mark_body", {}, lambda owner: setattr(owner.refmesh.settings, "apart", "six"), "'six' is not a frame"),
         ("mark_body", {}, lambda owner: bpy.data.objects.remove(owner.refmesh.centers), "run the Track step first"),
     ],
 )

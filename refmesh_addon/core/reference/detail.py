@@ -1,4 +1,4 @@
-"""Moving a surface onto another where only its fine detail differs: a smooth offset along its normals."""
+"""Fitting a surface to another that differs in fine detail only, by a smooth offset along its normals."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ..geometry.mesh import vertex_areas, vertex_normals
 from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 
-DAMPING = 1e-3  # of a vertex's area: keeps parts that no target speaks for where they are
+DAMPING = 1e-3  # of a vertex's area: keeps parts without targets where they are
 
 
 def moved_along_normals(surface: TriangleMesh, chosen: np.ndarray, targets: np.ndarray, extent: float) -> np.ndarray:
     """(V, 3) vertices moved along their normals towards targets.
 
     chosen : (N,) vertices that have a target.  targets : (N, 3).  extent : detail finer than this, in scene units, is smoothed away.
-    The offsets h minimise the integral of (h - gap)^2 where there is a target, plus extent^2 |grad h|^2 everywhere: where
+    The offsets h minimize the integral of (h - gap)^2 where there is a target, plus extent^2 |grad h|^2 everywhere: where
     there is none, they run out smoothly over the surface.
     """
     if not len(chosen):

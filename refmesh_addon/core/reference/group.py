@@ -18,14 +18,14 @@ from .alignment import align
 from .anchor_frame import AnchorFrame
 from .mapping import FrameMap
 from .oriented_points import oriented_points
-from .reference_centers import ReferenceCenters, reference_centers
-from .separation import bodies_of, set_apart, within_bodies
+from .reference_centers import reference_centers
+from .separation import bodies_of, separated, within_bodies
 from .support import without_bubbles
 
 
 @dataclass(frozen=True)
 class GroupCenters(FrozenArrays):
-    """What all frames of a group share: centers in reference positions and how they hang together.
+    """What all frames of a group share: centers in reference positions and their affinity.
 
     positions : (C, 3) reference centers.  affinity : (C, C) weights within the group.  spacing : s, scene units.
     anchor : index of the anchor frame in the group.  stress : of the reference centers, as `reference_centers` gives it.
@@ -63,26 +63,27 @@ class ReferenceMesh:
 
 def place_centers(
     positions: np.ndarray,
-    tracked: sparse.csr_matrix,
+    weights: sparse.csr_matrix,
     spacing: float,
     settings: ReferenceSettings,
     progress: Progress = ignore,
     bodies: np.ndarray | None = None,
 ) -> GroupCenters:
-    """Reference centers and group affinity from (F, C, 3) tracked positions.
+    """Reference centers and affinity of a group.
 
-    tracked : (C, C) affinity weights of the tracking.  bodies : (C,) that must be apart, as `marked_bodies` gives them.
+    positions : (F, C, 3) tracked centers, scene units.  weights : (C, C) affinities of the tracking.  spacing : s, scene units.
+    bodies : (C,) marked bodies that must be apart, as `marked_bodies` gives them; None for none.
     """
-    tracked = within_bodies(tracked, bodies)
-    found: ReferenceCenters = reference_centers(positions, progress, settings.stress)
-    # What the whole take has shown to be two bodies is two in a group that never shows them apart, too.
-    known = bodies_of(found.positions, tracked)
-    affinity = within_bodies(within_bodies(group_affinity(positions, found.anchor, tracked, spacing).weights(), known), bodies)
-    placed = found.positions
-    if settings.mapping == "affinity":  # the spline knows no bodies: set apart, they would smear further
+    weights = within_bodies(weights, bodies)
+    reference = reference_centers(positions, progress, settings.stress)
+    affinity = group_affinity(positions, reference.anchor, weights, spacing).weights()
+    # Bodies that the whole take has shown apart are two also in a group that never shows them apart.
+    affinity = within_bodies(within_bodies(affinity, bodies_of(reference.positions, weights)), bodies)
+    placed = reference.positions
+    if settings.mapping == "affinity":  # the spline cannot tear: with bodies separated it would smear over a wider gap
         # Within a group any affinity joins: a limb that bends sharply against the anchor frame is no body of its own.
-        placed = set_apart(placed, bodies_of(placed, affinity, joined=0.0), spacing)
-    return GroupCenters(placed, affinity, spacing, found.anchor, found.stress)
+        placed = separated(placed, bodies_of(placed, affinity, joined=0.0), spacing)
+    return GroupCenters(placed, affinity, spacing, reference.anchor, reference.stress)
 
 
 def anchor_frame(mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings) -> AnchorFrame:
@@ -112,7 +113,11 @@ def align_frame(
 def build_reference(
     points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int
 ) -> ReferenceMesh:
-    """The reference mesh of a group from the (P, 3) aligned points of its frames. depth : 0 chooses it."""
+    """The reference mesh of a group.
+
+    points, normals : (P, 3) of all its aligned frames.  anchor_mesh : the anchor frame's.  spacing : s, scene units.
+    triangles : budget.  depth : of the octree; 0 chooses it by the budget.
+    """
     depth = depth or reconstruction_depth(anchor_mesh, triangles)
     surface = without_bubbles(screened_poisson(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)

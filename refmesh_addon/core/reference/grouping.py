@@ -1,9 +1,9 @@
 """Where a take is cut into groups of frames that share a reference mesh.
 
-A group costs one hand-over, and more the more its bodies deform: the stress of its frames against the largest distances, over
-pairs of centers that belong together, since bodies that merely move serve one mesh well. A group in which bodies touch from its
-first frame to its last costs more again, because no frame of it shows them apart. The cheapest cuts of the whole take are found
-by dynamic programming. Where something appears or leaves there is a cut in any case.
+A group costs one hand-over, plus the deformation of its bodies: the stress of its frames against the largest distances, over
+pairs of centers with affinity, since one mesh serves bodies that merely move. A group in which bodies touch from its first
+frame to its last costs more, because none of its frames shows them apart. Dynamic programming finds the cheapest cuts of the
+whole take. Where something appears or leaves there is a cut in any case.
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-ACCEPTED = 0.02  # root mean square stress of a group's frames that costs as much as one more group
-STUCK_COST = 3.0  # groups that it is worth to see apart all that touches
+STRESS_COST = 0.02  # root mean square stress of a group's frames that costs as much as one more group
+CONTACT_COST = 3.0  # cost, in groups, of touching throughout for all pairs that ever touch
 TOUCHING = 1.25  # distance, in s, below which centers of different bodies touch
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Pairs of centers that do not belong together and touch in some frame.
+    """Pairs of centers without affinity that touch in some frame.
 
-    touching : (F, K) bool.
+    touching : (F, K) bool, which of the K pairs touch in which frame.
     """
 
     touching: np.ndarray
 
     @classmethod
     def of(cls, positions: np.ndarray, affinity: sparse.csr_matrix, spacing: float) -> Contacts:
-        """positions : (F, C, 3).  affinity : (C, C), zero where centers do not belong together.  spacing : s, scene units."""
+        """positions : (F, C, 3).  affinity : (C, C), zero between different bodies.  spacing : s, scene units."""
         count = positions.shape[1]
-        kin = set(_keys(sparse.triu(affinity, 1).tocoo(), count))
-        near = [_close(centers, TOUCHING * spacing, count) for centers in positions]
-        pairs = np.array(sorted(set().union(*near) - kin), dtype=np.int64)
+        linked = set(_keys(sparse.triu(affinity, 1).tocoo(), count))
+        near = [_near_keys(centers, TOUCHING * spacing, count) for centers in positions]
+        pairs = np.array(sorted(set().union(*near) - linked), dtype=np.int64)
         return cls(np.array([np.isin(pairs, sorted(frame)) for frame in near]).reshape(len(positions), len(pairs)))
 
-    def stuck(self, start: int, stop: int) -> float:
-        """Pairs that touch in every frame from start to stop, as a share of the most that ever touch in one frame."""
+    def lasting(self, start: int, stop: int) -> float:
+        """Pairs that touch in every frame from start to before stop, as a share of the most that ever touch in one frame."""
         most = self.touching.sum(axis=1).max(initial=0)
         return float(self.touching[start:stop].all(axis=0).sum() / most) if most else 0.0
 
@@ -55,14 +55,14 @@ def content_groups(
         raise ValueError(f"a group needs at least one frame; got {longest}")
     count = len(positions)
     contacts = Contacts.of(positions, affinity, spacing)
-    kin = sparse.triu(affinity, 1).tocoo()
-    distances = np.array([np.linalg.norm(centers[kin.row] - centers[kin.col], axis=1) for centers in positions])
+    pairs = sparse.triu(affinity, 1).tocoo()
+    distances = np.array([np.linalg.norm(centers[pairs.row] - centers[pairs.col], axis=1) for centers in positions])
     cheapest, start_of = np.full(count + 1, np.inf), np.zeros(count + 1, dtype=int)
     cheapest[0] = 0.0
     for start in range(count):
         end = min([start + longest, count, *(cut for cut in cuts if cut > start)])
         for stop, misfit in enumerate(_misfits(distances[start:end]), start + 1):
-            cost = cheapest[start] + 1.0 + misfit + STUCK_COST * contacts.stuck(start, stop)
+            cost = cheapest[start] + 1.0 + misfit + CONTACT_COST * contacts.lasting(start, stop)
             if cost < cheapest[stop]:
                 cheapest[stop], start_of[stop] = cost, start
     groups, stop = [], count
@@ -79,11 +79,11 @@ def _misfits(distances: np.ndarray) -> np.ndarray:
         largest = np.maximum(largest, now)
         total = max(float(largest @ largest), np.finfo(float).tiny)
         missed = largest - distances[: last + 1]
-        result[last] = np.einsum("fp,fp->", missed, missed) / total / (last + 1) / ACCEPTED**2
+        result[last] = np.einsum("fp,fp->", missed, missed) / total / (last + 1) / STRESS_COST**2
     return result
 
 
-def _close(centers: np.ndarray, reach: float, count: int) -> set[int]:
+def _near_keys(centers: np.ndarray, reach: float, count: int) -> set[int]:
     first, second = cKDTree(centers).query_pairs(reach, output_type="ndarray").T
     return set((first.astype(np.int64) * count + second).tolist())
 

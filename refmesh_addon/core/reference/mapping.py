@@ -19,14 +19,14 @@ from ..types import TriangleMesh
 from ..variants import check_variant
 from .tears import Tears
 
-INWARD = 0.35  # depth below the surface, in s, at which a point looks for its own center: inside even a thin limb
+INWARD = 0.35  # depth below the surface, in s, at which a point is assigned to its nearest center: inside even a thin limb
 NEIGHBORS = 16  # centers that a point may follow; beyond the second shell they add nothing but cost
 POINTS_AT_ONCE = 2000  # points of one batch of the dense spline evaluation: bounds its memory
 
 
 @dataclass(frozen=True)
 class Binding:
-    """Which centers a point follows and how much.
+    """Which centers points follow, and with which weights.
 
     weights : (P, C) sparse, rows sum to one.  owners : (P,) the center whose side of a contact the point is on.
     """
@@ -45,12 +45,12 @@ def bind(mesh: TriangleMesh, centers: np.ndarray, affinity: sparse.csr_matrix, s
     inner = mesh.vertices - INWARD * spacing * vertex_normals(mesh)
     distance, near = tree.query(inner, k=np.arange(1, min(NEIGHBORS, len(centers)) + 1), workers=-1)
     owners = near[:, 0]
-    # Falls to zero at the farthest neighbour, so that nothing jumps where the set of neighbours changes.
+    # Falls to zero at the farthest neighbor, so that nothing jumps where the set of neighbors changes.
     closeness = (1 - distance / np.maximum(distance[:, -1:], np.finfo(float).tiny)) ** 2
     closeness[:, 0] = np.maximum(closeness[:, 0], np.finfo(float).eps)
     rows = np.repeat(np.arange(len(inner)), near.shape[1])
-    kinship = np.asarray(affinity[np.repeat(owners, near.shape[1]), near.ravel()]).reshape(near.shape)
-    value = closeness * kinship
+    affinities = np.asarray(affinity[np.repeat(owners, near.shape[1]), near.ravel()]).reshape(near.shape)
+    value = closeness * affinities
     value /= value.sum(axis=1, keepdims=True)
     weights = sparse.csr_matrix((value.ravel(), (rows, near.ravel())), shape=(len(inner), len(centers)))
     weights.eliminate_zeros()

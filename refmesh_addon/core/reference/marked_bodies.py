@@ -1,9 +1,9 @@
-"""Bodies that touch in every frame: told apart by marks that a person set, since no motion shows that they are two.
+"""Bodies that touch in every frame, told apart by marks of the user, since no motion shows that they are two.
 
-The marks are seeds of a graph of neighbouring centers. Harmonic values between the seeds of two bodies order the centers (as in
-Grady 2006, "Random walks for image segmentation"), and of all cuts in that order the one is taken that is narrowest for what it
-cuts off: least crossing weight over the smaller volume to the power of two thirds, which is how area goes with volume. Without
-affinity across, the bodies are set apart in the reference positions like those that part by themselves.
+The marks are seeds in a graph of neighboring centers. Harmonic values between the seeds of two bodies order the centers (as in
+Grady 2006, "Random walks for image segmentation"), and of all cuts in that order the narrowest is taken, relative to what it
+cuts off: least crossing weight over the smaller volume to the power of two thirds, as area scales with volume. Without affinity
+across the cut, the bodies are separated in the reference positions like those that part by themselves.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from scipy.spatial import cKDTree
 from ..tracking.neighbors import NEAR, lasting_pairs
 from .marks import Marks
 
-REACH = 2.0  # center spacings between a mark and the center it means, at most
-EXACT = 1e-8  # relative residual of the harmonic values, of which only the order counts
+REACH = 2.0  # center spacings between a mark and its center, at most
+TOLERANCE = 1e-8  # relative residual of the harmonic values, of which only the order matters
 
 
 def bodies_by_marks(positions: np.ndarray, numbers: Sequence[int], spacing: float, marks: Marks | None) -> np.ndarray | None:
-    """The bodies of `marked_bodies` from marks in one of the frames; None without marks, or where their frame is not there.
+    """The bodies of `marked_bodies` from marks in one of the frames; None without marks, or where their frame is not among the numbers.
 
     positions : (F, C, 3) scene units.  numbers : of the frames.  spacing : s, scene units.  Raises ValueError as `marked_centers` does.
     """
@@ -35,7 +35,7 @@ def bodies_by_marks(positions: np.ndarray, numbers: Sequence[int], spacing: floa
 
 
 def marked_centers(centers: np.ndarray, spacing: float, bodies: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The centers that marks mean, as indices for each body.
+    """The centers nearest to marks, as indices for each body.
 
     centers : (C, 3) in the frame of the marks.  bodies : (N, 3) points of each.
     Raises ValueError for a point far from all centers and for a center that two bodies claim.
@@ -44,16 +44,16 @@ def marked_centers(centers: np.ndarray, spacing: float, bodies: Sequence[np.ndar
     for points in bodies:
         distance, nearest = tree.query(points)
         if distance.max() > REACH * spacing:
-            raise ValueError(f"the point {_in_words(points[np.argmax(distance)])} lies outside the volume")
+            raise ValueError(f"the point {_formatted(points[np.argmax(distance)])} lies outside the volume")
         seeds.append(np.unique(nearest))
     claimed, claims = np.unique(np.concatenate(seeds), return_counts=True)
     if claims.max() > 1:
-        raise ValueError(f"two bodies are marked at {_in_words(centers[claimed[np.argmax(claims)]])}")
+        raise ValueError(f"two bodies are marked at {_formatted(centers[claimed[np.argmax(claims)]])}")
     return seeds
 
 
 def marked_bodies(positions: np.ndarray, spacing: float, seeds: Sequence[np.ndarray]) -> np.ndarray:
-    """(C,) number of the body that each center belongs to; -1 for what does not hang together with any marked center.
+    """(C,) number of the body that each center belongs to; -1 where no chain of lasting neighbors leads to a marked center.
 
     positions : (F, C, 3) scene units.  spacing : s, scene units.  seeds : center indices of each body, no center in two of them.
     """
@@ -68,24 +68,24 @@ def marked_bodies(positions: np.ndarray, spacing: float, seeds: Sequence[np.ndar
 
 
 def _divided(graph: sparse.csr_matrix, seeded: np.ndarray) -> np.ndarray:
-    """(C,) bodies of a graph of which some nodes are known: cut in two where two bodies hang together, then each piece again."""
+    """(C,) bodies of a graph with some known nodes, (C,) or -1: cut in two where two bodies are connected, then each piece again."""
     result = seeded.copy()
     pieces = [np.arange(len(seeded))]
     while pieces:
         nodes = pieces.pop()
         count, label = csgraph.connected_components(graph[nodes][:, nodes], directed=False)
-        for part in (nodes[label == number] for number in range(count)):
-            known = np.unique(seeded[part[seeded[part] >= 0]])
+        for piece in (nodes[label == number] for number in range(count)):
+            known = np.unique(seeded[piece[seeded[piece] >= 0]])
             if len(known) > 1:
-                first = _cut_off(graph[part][:, part], seeded[part] == known[0], np.isin(seeded[part], known[1:]))
-                result[part[first]] = known[0]
-                pieces.append(part[~first])
+                first = _narrowest_cut(graph[piece][:, piece], seeded[piece] == known[0], np.isin(seeded[piece], known[1:]))
+                result[piece[first]] = known[0]
+                pieces.append(piece[~first])
             elif len(known):
-                result[part] = known[0]
+                result[piece] = known[0]
     return result
 
 
-def _cut_off(graph: sparse.csr_matrix, own: np.ndarray, others: np.ndarray) -> np.ndarray:
+def _narrowest_cut(graph: sparse.csr_matrix, own: np.ndarray, others: np.ndarray) -> np.ndarray:
     """(N,) bool, the side of `own` of the narrowest cut between two sets of nodes, each (N,) bool."""
     count = graph.shape[0]
     free = np.flatnonzero(~(own | others))
@@ -104,10 +104,10 @@ def _cut_off(graph: sparse.csr_matrix, own: np.ndarray, others: np.ndarray) -> n
 
 
 def _solved(matrix: sparse.csr_matrix, right: np.ndarray) -> np.ndarray:
-    """Of a symmetric positive definite system, by conjugate gradients: a factor of a solid graph would be nearly dense."""
+    """Solution of a symmetric positive definite system by conjugate gradients: a factor of a volumetric graph would be nearly dense."""
     diagonal = matrix.diagonal()
-    return cg(matrix, right, rtol=EXACT, M=LinearOperator(matrix.shape, matvec=lambda values: values.ravel() / diagonal))[0]
+    return cg(matrix, right, rtol=TOLERANCE, M=LinearOperator(matrix.shape, matvec=lambda values: values.ravel() / diagonal))[0]
 
 
-def _in_words(point: np.ndarray) -> str:
+def _formatted(point: np.ndarray) -> str:
     return "({:.4g}, {:.4g}, {:.4g})".format(*point)

@@ -1,4 +1,4 @@
-"""Bodies that a person marked, as text: a frame, and points of each body in it, "48: 0.1 0.2 0.3, 0.1 0.3 0.3 | 0.4 0.5 0.6"."""
+"""Bodies marked by the user, as text: a frame, and points of each body in it, "48: 0.1 0.2 0.3, 0.1 0.3 0.3 | 0.4 0.5 0.6"."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ class Marks:
 
 
 def parse_marks(text: str) -> Marks | None:
-    """The marks in a text; None for an empty one. Raises RefMeshError, quoting the part that is not understood."""
+    """The marks in a text; None for an empty one. Raises RefMeshError, quoting the part that cannot be parsed."""
     if not text.strip():
         return None
     frame, _, rest = text.partition(":")
     if not frame.strip().isdecimal():
-        raise RefMeshError(f"--apart: '{_short(frame)}' is no frame; write the frame and points of each body, as in '{EXAMPLE}'")
+        raise RefMeshError(f"--apart: '{_short(frame)}' is not a frame; write the frame and points of each body, as in '{EXAMPLE}'")
     return Marks(int(frame), tuple(np.array([_point(point) for point in body.split(",")]) for body in rest.split("|")))
 
 
 def marks_as_text(marks: Marks) -> str:
-    """What `parse_marks` reads; coordinates keep the digits that single precision has."""
+    """The text that `parse_marks` reads; coordinates keep the digits of single precision."""
     bodies = (", ".join(" ".join(_digits(value) for value in point) for point in body) for body in marks.bodies)
     return f"{marks.frame}: {' | '.join(bodies)}"
 
 
 def _point(text: str) -> list[float]:
     try:
-        point = [float(word) for word in text.split()]
+        point = [float(number) for number in text.split()]
     except ValueError:
         point = []
     if len(point) != 3 or not np.isfinite(point).all():
-        raise RefMeshError(f"--apart: '{_short(text)}' is no point; write three numbers for each point, as in '{EXAMPLE}'")
+        raise RefMeshError(f"--apart: '{_short(text)}' is not a point; write three numbers for each point, as in '{EXAMPLE}'")
     return point
 
 

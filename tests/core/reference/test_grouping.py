@@ -12,7 +12,7 @@ BLOCK = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
 
 
 def affinity_of(*blocks):
-    """Kin within each block, none across."""
+    """Affinity within each block, none across."""
     return sparse.block_diag([near_pairs(block, SPACING).weights() for block in blocks]).tocsr()
 
 
@@ -65,7 +65,7 @@ def test_no_group_is_in_contact_throughout_where_another_cut_avoids_that():
     contacts = Contacts.of(frames, affinity_of(BLOCK, BLOCK), SPACING)
     assert contacts.touching.any(axis=1).tolist() == [gap < TOUCHING for gap in gaps]
     groups = content_groups(frames, affinity_of(BLOCK, BLOCK), SPACING, 7)
-    assert all(contacts.stuck(group[0], group[-1] + 1) == 0 for group in groups)
+    assert all(contacts.lasting(group[0], group[-1] + 1) == 0 for group in groups)
     assert lengths(groups) == [7, 7]
 
 

@@ -25,12 +25,12 @@ def test_single_precision_survives():
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("0 0 0 | 1 1 1", "'0 0 0 | 1 1 1' is no frame"),
-        ("six: 0 0 0 | 1 1 1", "'six' is no frame"),
-        ("6: 0 0 | 1 1 1", "'0 0' is no point"),
-        ("6: 0 0 0 |", "'' is no point"),
-        ("6: 0 0 zero | 1 1 1", "'0 0 zero' is no point"),
-        ("6: 0 0 nan | 1 1 1", "'0 0 nan' is no point"),
+        ("0 0 0 | 1 1 1", "'0 0 0 | 1 1 1' is not a frame"),
+        ("six: 0 0 0 | 1 1 1", "'six' is not a frame"),
+        ("6: 0 0 | 1 1 1", "'0 0' is not a point"),
+        ("6: 0 0 0 |", "'' is not a point"),
+        ("6: 0 0 zero | 1 1 1", "'0 0 zero' is not a point"),
+        ("6: 0 0 nan | 1 1 1", "'0 0 nan' is not a point"),
     ],
 )
 def test_what_is_not_understood_is_quoted(text, words):

@@ -118,7 +118,7 @@ def test_one_body_alone_is_said_and_changes_nothing(runs, boxes, tmp_path):
         (MARKS.replace("8:", "12:"), "bodies are marked in frame 12, which is not part of the job; mark them in one of 7-8"),
         ("8: 0 0 50 | 0 0 1.5", r"frame 8: the point \(0, 0, 50\) lies outside the volume"),
         (MARKS.partition("|")[0] + "|" + MARKS.partition(":")[2].partition("|")[0], "two bodies are marked at"),
-        ("8: 0 0 | 0 0 1", "'0 0' is no point"),
+        ("8: 0 0 | 0 0 1", "'0 0' is not a point"),
     ],
 )
 def test_marks_that_mean_nothing_are_refused(boxes, tmp_path, marks, words):
