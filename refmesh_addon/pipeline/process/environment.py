@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...core.errors import RefMeshError
 
-PACKAGES = ("numpy", "scipy", "trimesh", "tqdm")
+PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas")
 PACKAGE_ROOT = Path(__file__).resolve().parents[3]  # the folder that holds refmesh_addon
 # What could make the worker's Python look elsewhere than its parent does.
 _LEFT_OUT = ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONINSPECT")
@@ -70,4 +70,6 @@ def _folders_of(name: str) -> list[str]:
         return []
     if spec is None or spec.origin is None:
         return []
-    return [str(Path(folder).parent) for folder in spec.submodule_search_locations or ()]
+    if spec.submodule_search_locations is None:  # a single file
+        return [str(Path(spec.origin).parent)]
+    return [str(Path(folder).parent) for folder in spec.submodule_search_locations]
