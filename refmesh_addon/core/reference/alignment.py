@@ -66,6 +66,12 @@ def align(frame: FrameMap, targets: np.ndarray, anchor: AnchorFrame, steps: int)
 
     targets : (C, 3) reference centers to start from.  steps : at most.
     The IoU never falls: a step that would lower it is damped, then refused.
+
+    >>> frame = FrameMap(ball, tracked.centers, tracked.affinity.weights(), tracked.affinity.spacing)
+    >>> anchor = AnchorFrame.of(ball, frame.whole(ball), frame.affinity)
+    >>> alignment = align(frame, tracked.centers + [0.2, 0, 0], anchor, steps=5)
+    >>> alignment.before < 0.8 and alignment.after > 0.99
+    True
     """
     best = start = _Overlap.of(frame.to(targets), frame, anchor)
     for rigidity in np.geomspace(STIFFEST, SOFTEST, steps):

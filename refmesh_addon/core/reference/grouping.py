@@ -50,6 +50,10 @@ def content_groups(
 
     positions : (F, C, 3) tracked centers.  affinity : (C, C) weights.  spacing : s.  cuts : frames at which a group must begin.
     Raises ValueError for a longest group below 1.
+
+    >>> at_rest = np.stack([tracked.centers] * 6)
+    >>> content_groups(at_rest, tracked.affinity.weights(), tracked.affinity.spacing, longest=4)
+    [(0, 1), (2, 3, 4, 5)]
     """
     if longest < 1:
         raise ValueError(f"a group needs at least one frame; got {longest}")

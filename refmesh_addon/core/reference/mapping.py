@@ -70,6 +70,10 @@ class FrameMap:
 
     affinity : (C, C) weights of the group, ones on the diagonal.  spacing : s, scene units.
     mapping : "affinity", or "rbf", the paper's equation (4). Raises ValueError for another one.
+
+    >>> frame = FrameMap(ball, tracked.centers, tracked.affinity.weights(), tracked.affinity.spacing)
+    >>> np.abs(frame.to(tracked.centers + [1, 0, 0]).vertices.mean(axis=0)).round(2)
+    array([1., 0., 0.])
     """
 
     def __init__(self, mesh: TriangleMesh, centers: np.ndarray, affinity: sparse.csr_matrix, spacing: float, mapping: str = "affinity"):

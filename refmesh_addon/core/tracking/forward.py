@@ -56,14 +56,25 @@ class TrackedFrame(FrozenArrays):
 
 
 def first_frame(volume: Volume, settings: TrackingSettings) -> TrackedFrame:
-    """Centers spread evenly through the first frame's volume."""
+    """Centers spread evenly through the first frame's volume.
+
+    >>> settings = TrackingSettings(centers=50, resolution=32)
+    >>> first_frame(sample_volume(ball, settings.resolution, settings.centers), settings).centers.shape
+    (50, 3)
+    """
     centers = lloyd.spread(volume, settings.centers)
     affinity = near_pairs(centers, volume.center_spacing(settings.centers))
     return TrackedFrame(centers, centers, affinity, lloyd.cells(centers, Ownership(volume.finest)), 0.0, 0)
 
 
 def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
-    """Centers carried from where `last` has them into the next frame's volume."""
+    """Centers carried from where `last` has them into the next frame's volume.
+
+    >>> volume = sample_volume(ball.moved(ball.vertices + [0.5, 0, 0]), resolution=32, count=50)
+    >>> state = next_frame(tracked, volume, TrackingSettings(centers=50, resolution=32))
+    >>> np.abs((state.centers - tracked.centers).mean(axis=0)).round(2)
+    array([0.5, 0. , 0. ])
+    """
     old, spacing = last.centers, last.affinity.spacing
     centers = first_guess(old, old + INERTIA * (old - last.before), last.cells, volume.levels[0], spacing)
     affinity, steps = last.affinity, 0

@@ -49,7 +49,12 @@ class Volume:
 def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
     """The volume of one frame for `count` centers.
 
-    Raises ValueError when no voxel is inside, or fewer than there are centers.
+    mesh : closed, or its holes are capped.  resolution : voxels along the longest side.
+    Raises ValueError when fewer voxels are inside than there are centers.
+
+    >>> volume = sample_volume(ball, resolution=32, count=50)
+    >>> round(volume.center_spacing(50), 2)
+    0.44
     """
     grid = grid_around(mesh.vertices, resolution)
     inside = fill(mesh, grid)
