@@ -1,4 +1,4 @@
-"""What Blender calls: the frame change shows the captured frame, opening a file looks for what is missing.
+"""Handlers: a frame change shows the captured frame, opening a file looks for missing files.
 
 The handlers call no operator: Blender may be rendering or exporting when they run.
 """
@@ -22,12 +22,12 @@ _reported: set[str] = set()
 @persistent
 def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
     """Frame-change handler: every sequence of the scene shows its frame; a file that fails is reported once."""
-    for candidate in scene.objects:
-        if candidate.refmesh.frames and candidate.library is None:
+    for member in scene.objects:
+        if member.refmesh.frames and member.library is None:
             try:
-                show_frame(candidate, scene.frame_current)
-                if candidate.refmesh.heat_map:
-                    show_errors(candidate, scene.frame_current)
+                show_frame(member, scene.frame_current)
+                if member.refmesh.heat_map:
+                    show_errors(member, scene.frame_current)
             except RefMeshError as error:
                 if str(error) not in _reported:
                     _reported.add(str(error))
@@ -36,10 +36,10 @@ def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
 
 @persistent
 def note_missing_files(*_) -> None:
-    """File-load handler: notes for every sequence of the file what it misses."""
-    for candidate in bpy.data.objects:
-        if candidate.refmesh.frames and candidate.library is None:
-            candidate.refmesh.missing = missing_files(candidate)
+    """File-load handler: notes which files each sequence misses."""
+    for member in bpy.data.objects:
+        if member.refmesh.frames and member.library is None:
+            member.refmesh.missing = missing_files(member)
 
 
 def register():
@@ -49,7 +49,7 @@ def register():
 
 
 def unregister():
-    """Removes them and forgets what was shown and reported."""
+    """Removes them, frees the frames and forgets which errors were reported."""
     bpy.app.handlers.frame_change_post.remove(show_scene_frame)
     bpy.app.handlers.load_post.remove(note_missing_files)
     forget_frames()

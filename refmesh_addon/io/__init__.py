@@ -1,1 +1,1 @@
-"""Files in and out: sequences, meshes, results, caches; no bpy and no algorithm."""
+"""Reads and writes files: sequences, meshes, results, caches; no bpy and no algorithms."""

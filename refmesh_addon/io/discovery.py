@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ..core.errors import RefMeshError
 from .formats import FRAME_FORMATS, frame_format
-from .frame_range import FrameRange, in_words, parse_ranges
+from .frame_range import FrameRange, format_ranges, parse_ranges
 from .sequence import Frame, Sequence
 
 # More missing numbers than this for each file: the numbers are time stamps (milliseconds, say), not a count of frames.
@@ -170,7 +170,8 @@ def _chosen(sequence: Sequence, ranges: tuple[FrameRange, ...]) -> Sequence:
     present = set(sequence.numbers)
     for number in (end for item in ranges for end in (item.first, item.last)):
         if number not in present:
-            raise RefMeshError(f"--frames names frame {number}, which is not there: '{sequence.name}' has {in_words(sequence.numbers)}")
+            present_ranges = format_ranges(sequence.numbers)
+            raise RefMeshError(f"--frames names frame {number}, which is missing: '{sequence.name}' has {present_ranges}")
     frames = tuple(frame for frame in sequence.frames if any(frame.number in item for item in ranges))
     gaps = tuple(number for number in sequence.gaps if any(number in item for item in ranges))
     return Sequence(sequence.name, frames, gaps, sequence.step)

@@ -1,4 +1,4 @@
-"""Files that are complete or absent: everything is written beside its place and moved there when it is whole."""
+"""Files that are complete or absent: everything is written beside its target, which it replaces once it is complete."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 
 from ..core.errors import RefMeshError
 
-CENTERS_NAME = "centers.npz"  # in the output folder: what tracking left
+CENTERS_NAME = "centers.npz"  # in the output folder: the result of tracking
 PARTIAL_SUFFIX = ".partial"  # of a file that is still being written; what a killed run leaves is removed by the next
 
 
 @contextmanager
 def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
-    """A binary file to write to, which appears at `path` when the block ends and not at all when it fails.
+    """A binary file to write to, which replaces `path` when the block succeeds and is removed when it fails.
 
     Raises RefMeshError, naming the file, when it cannot be written (no permission, disk full).
     """
@@ -37,9 +37,9 @@ def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
 
 
 def output_folder(path: str | Path) -> Path:
-    """Makes the folder, and its parents, if need be; removes the partial files that a killed run left in it.
+    """Creates the folder and its parents where missing; removes partial files that a killed run left in it.
 
-    Raises RefMeshError, naming the folder, when it cannot be made or written to.
+    Raises RefMeshError, naming the folder, when it cannot be created or written to.
     """
     path = Path(path)
     try:
@@ -61,13 +61,13 @@ def write_npz(path: str | Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_npz(path: str | Path) -> dict[str, np.ndarray]:
-    """The arrays of an .npz, all in memory. Raises OSError, ValueError or zipfile.BadZipFile when it is missing or broken."""
+    """The arrays of an .npz, all in memory. Raises OSError, ValueError or zipfile.BadZipFile when it is missing or damaged."""
     with np.load(path, allow_pickle=False) as archive:
         return {name: archive[name] for name in archive.files}
 
 
 def write_json(path: str | Path, data: object) -> None:
-    """Indented UTF-8 JSON in the order given; numpy numbers and arrays are taken. Raises ValueError for NaN or infinity."""
+    """Indented UTF-8 JSON in the order given; numpy numbers and arrays are allowed. Raises ValueError for NaN or infinity."""
     text = json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False, default=_plain)
     with atomic_file(path) as file:
         file.write(text.encode("utf-8") + b"\n")

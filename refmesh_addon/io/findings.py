@@ -1,4 +1,4 @@
-"""The findings of a check, as JSON for the panel and as text for a person."""
+"""The findings of a check, as JSON for the panel and as text for the user."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from ..core.errors import RefMeshError
 from ..core.findings import SEVERITIES, Finding
 from .files import atomic_file, write_json
-from .frame_range import in_words
+from .frame_range import format_ranges
 from .sequence import Sequence
 
 CHECK_NAME, CHECK_TEXT = "sequence_check.json", "sequence_check.txt"  # in the output folder
@@ -33,8 +33,8 @@ def write_findings(output: Path, sequence: Sequence, findings: list[Finding]) ->
 
 
 def report_text(sequence: Sequence, findings: list[Finding]) -> str:
-    """The findings for a person, by severity."""
-    lines = [f"{sequence.name}: {len(sequence.frames)} frames, {in_words(sequence.numbers)}"]
+    """The findings as text, by severity."""
+    lines = [f"{sequence.name}: {len(sequence.frames)} frames, {format_ranges(sequence.numbers)}"]
     for severity, meaning in SEVERITIES.items():
         chosen = [finding for finding in findings if finding.severity == severity]
         if chosen:

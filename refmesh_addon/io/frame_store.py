@@ -1,4 +1,4 @@
-"""Frames that were shown lately, within a budget of memory."""
+"""Recently shown frames in memory, within a budget."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ logger = logging.getLogger(__name__)
 
 
 class FrameStore:
-    """Meshes by file, the least recently used out first; what memory has lost is read from the binary cache on disk.
+    """Least-recently-used cache of meshes by file; meshes that were evicted are read from the binary cache on disk.
 
-    budget : bytes of meshes that are held, though the last one always is.
+    budget : bytes of meshes in memory; the last one is always kept.
     """
 
     def __init__(self, budget: int):
@@ -38,7 +38,7 @@ class FrameStore:
         return self._meshes[entry]
 
     def set_budget(self, budget: int) -> None:
-        """Lets go at once of what a smaller budget has no room for."""
+        """Changes the budget, and evicts at once what exceeds it."""
         self._budget = budget
         self._shrink()
 
@@ -56,9 +56,9 @@ def _converted(path: Path, entry: Path) -> PreviewMesh:
     from .meshes import read_mesh
 
     mesh = PreviewMesh.of(read_mesh(path))
-    if entry.parent.parent.is_dir():  # a job has made it; merely looking at a sequence leaves no folder behind
+    if entry.parent.parent.is_dir():  # created by a job; merely viewing a sequence leaves no folder behind
         try:
             write_preview(entry, mesh)
-        except RefMeshError as error:  # a disk that is full or read-only: frames come slower, but they come
+        except RefMeshError as error:  # a disk that is full or read-only makes frames slower, not impossible
             logger.info("%s", error)
     return mesh

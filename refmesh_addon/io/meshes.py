@@ -12,7 +12,7 @@ from ..core.geometry.mesh import merged, triangle_areas
 from ..core.types import TriangleMesh
 from .formats import frame_format
 
-# What trimesh raises on files that are not what their name says (NameError: a variable that only sound files set).
+# What trimesh raises for files that are damaged or of another format (NameError: a variable that only intact files set).
 _DAMAGED = (
     ValueError,
     LookupError,

@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 
-# What Open3D and MeshLab state in the comment at the top of a file.
+# Open3D and MeshLab state the number of faces in a comment at the top of a file.
 _STATED_FACES = re.compile(rb"#\s*(?:number of triangles|faces)\s*:\s*([0-9]+)\s*$", re.IGNORECASE)
 # Share of vertices without a face above which a file that ends inside a line is taken to be truncated.
 CUT_OFF_UNUSED = 0.02
@@ -19,16 +19,16 @@ _ATTRIBUTE_INDICES = re.compile(rb"/\S*")
 def parse_obj(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) float64 in the order of the file and triangles (T, 3) int64; polygons become fans.
 
-    All objects and groups are taken together; normals, texture coordinates and materials are left alone.
-    Raises ValueError in words, with the line number, for what is not an OBJ or ends too early.
+    All objects and groups are taken together; normals, texture coordinates and materials are ignored.
+    Raises ValueError, with the line number, for a file that is not an OBJ or ends too early.
     """
     lines = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
     vertex_lines, face_lines, vertices_before = [], [], []
     for number, line in enumerate(lines, start=1):
-        word = line.lstrip()[:2]
-        if word in (b"v ", b"v\t"):
+        keyword = line.lstrip()[:2]
+        if keyword in (b"v ", b"v\t"):
             vertex_lines.append(number)
-        elif word in (b"f ", b"f\t", b"f"):
+        elif keyword in (b"f ", b"f\t", b"f"):
             face_lines.append(number)
             vertices_before.append(len(vertex_lines))
     if not vertex_lines:
@@ -59,9 +59,9 @@ def _parse_vertices(lines: list[bytes], numbers: list[int]) -> np.ndarray:
 
 
 def _check_vertex(line: bytes, number: int) -> None:
-    words = line.split(b"#")[0].split()[1:4]
+    numbers = line.split(b"#")[0].split()[1:4]
     try:
-        complete = len([float(word) for word in words]) == 3
+        complete = len([float(number) for number in numbers]) == 3
     except ValueError:
         complete = False
     if not complete:
@@ -87,7 +87,7 @@ def _is_index(word: bytes) -> bool:
 
 
 def _absolute(corners: np.ndarray, vertices_before: np.ndarray) -> np.ndarray:
-    """Indices from 0; negative ones count back from the vertices read so far; 0, which OBJ does not know, becomes -1."""
+    """Indices from 0; negative ones count back from the vertices read so far; 0, which OBJ does not allow, becomes -1."""
     return np.where(corners >= 0, corners - 1, np.where(vertices_before + corners < 0, -1, vertices_before + corners))
 
 
@@ -95,7 +95,7 @@ def _check_complete(data: bytes, lines: list[bytes], vertices: int, corners: np.
     stated = _stated_faces(lines)
     if stated is not None and faces < stated:
         raise ValueError(f"it is truncated: its header announces {stated} faces, {faces} are there")
-    # Either sign alone is found in sound files; a file truncated in the middle of its faces shows both.
+    # Either sign alone occurs in intact files; a file truncated in the middle of its faces shows both.
     ends_inside_line = not data.endswith((b"\n", b"\r"))
     unused = vertices - len(np.unique(corners))
     if ends_inside_line and faces and unused > CUT_OFF_UNUSED * vertices:

@@ -1,4 +1,4 @@
-"""PC2 point caches: what Blender's Mesh Cache modifier plays."""
+"""PC2 point caches, which Blender's Mesh Cache modifier plays."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MAGIC, _VERSION, _START, _RATE = b"POINTCACHE2\0", 1, 0.0, 1.0
 
 
 def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, count: int) -> None:
-    """One sample for each scene frame; `samples` is read one at a time, so that memory stays that of one sample.
+    """Writes one sample for each scene frame; `samples` is consumed one at a time, so that only one is in memory.
 
     samples : `count` arrays, each (points, 3), scene units; stored as float32.
     Raises RefMeshError when the file cannot be written, ValueError when the samples are not as announced.
@@ -30,11 +30,11 @@ def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, coun
             file.write(np.ascontiguousarray(sample, dtype="<f4").tobytes())
             written += 1
         if written != count:
-            raise ValueError(f"count is {count}, but {written} samples came")
+            raise ValueError(f"count is {count}, but {written} samples were given")
 
 
 def pc2_shape(path: str | Path) -> tuple[int, int]:
-    """(samples, points) from the header of the file. Raises RefMeshError when it is missing, truncated or no PC2 file."""
+    """(samples, points) from the header of the file. Raises RefMeshError when it is missing, truncated or not a PC2 file."""
     path = Path(path)
     try:
         with open(path, "rb") as file:

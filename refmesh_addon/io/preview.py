@@ -1,7 +1,7 @@
-"""Frames as Blender shows them, in binary files that are read in milliseconds; made from a mesh file once.
+"""Frames as Blender shows them, converted once to binary files that are read in milliseconds.
 
-An entry is found by the name, size and time of its mesh file, so that no frame has to be read to know that it is current.
-Whatever happens to these files, they can be made again.
+The key of an entry is the name, size and time of its mesh file, so that no frame has to be read to know whether it is current.
+The files can be deleted at any time; they are written again.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImple
 
 @dataclass(frozen=True)
 class PreviewMesh:
-    """A mesh with the edges that Blender would otherwise have to find on every change of frame.
+    """A mesh with the edges that Blender would otherwise compute on every frame change.
 
     vertices : (V, 3) float32.  triangles : (T, 3) int32.  edges : (E, 2) int32, each once.
     triangle_edges : (T, 3) int32, the edge from each corner to the next.
-    A mesh with collapsed triangles has no edges here, as Blender knows none from a vertex to itself.
+    A mesh with collapsed triangles has no edges here, as Blender supports none from a vertex to itself.
     """
 
     vertices: np.ndarray
@@ -57,9 +57,9 @@ class PreviewMesh:
 
 
 def preview_path(folder: str | Path, frame: Path) -> Path:
-    """Where the entry of a mesh file is, or would be, in the output folder. Raises OSError when the mesh file is gone."""
-    found = frame.stat()
-    key = hashlib.blake2b(f"{SCHEMA}:{frame.name}:{found.st_size}:{found.st_mtime_ns}".encode(), digest_size=_KEY_BYTES).hexdigest()
+    """Where the entry of a mesh file is, or would be, in the output folder. Raises OSError when the mesh file is missing."""
+    status = frame.stat()
+    key = hashlib.blake2b(f"{SCHEMA}:{frame.name}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=_KEY_BYTES).hexdigest()
     return Path(folder) / PREVIEW_FOLDER / f"{frame.stem}-{key}.npz"
 
 
@@ -83,7 +83,7 @@ def write_preview(path: Path, mesh: PreviewMesh, more: Mapping[str, np.ndarray] 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RefMeshError(f"{path.parent}: the folder cannot be made ({error.strerror or error})") from error
+        raise RefMeshError(f"{path.parent}: the folder cannot be created ({error.strerror or error})") from error
     write_npz(path, {field.name: getattr(mesh, field.name) for field in fields(mesh)} | dict(more or {}))
 
 

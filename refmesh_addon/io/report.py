@@ -1,4 +1,4 @@
-"""report.json: what a run made, in the form that other tools read."""
+"""report.json: the results of a run, in the form that other tools read."""
 
 from __future__ import annotations
 
@@ -134,13 +134,13 @@ def read_report(output: str | Path) -> dict[str, object]:
 
 def versions() -> dict[str, str | None]:
     """Of RefMesh, Python and the packages; None for one that is not there. Imports none of them."""
-    found: dict[str, str | None] = {"refmesh": _own_version(), "python": platform.python_version()}
+    present: dict[str, str | None] = {"refmesh": _own_version(), "python": platform.python_version()}
     for package in PACKAGES:
         try:
-            found[package] = metadata.version(package)
+            present[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
-            found[package] = None
-    return found
+            present[package] = None
+    return present
 
 
 def _own_version() -> str | None:

@@ -1,4 +1,4 @@
-"""The textures that an OBJ file names by way of its material library, and whether they are there."""
+"""Missing textures and material libraries of OBJ files."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ _OPTION = re.compile(r"^-\w+(?:\s+(?:on|off|-?[0-9.]+))*\s+")
 
 
 def missing_textures(data: bytes, path: Path) -> tuple[str, ...]:
-    """Names of material libraries and textures that the OBJ file `path` with the bytes `data` refers to and that are not there."""
+    """Names of the material libraries and textures that an OBJ file refers to and that are missing.
+
+    data : the bytes of the file.  path : of the file; one that is not an OBJ refers to none.
+    """
     if path.suffix.lower() != ".obj":
         return ()
     missing = []
     for library in _names(_LIBRARY, data):
-        found = path.parent / library
+        library_path = path.parent / library
         try:
-            textures = _names(_MAP, found.read_bytes())
+            textures = _names(_MAP, library_path.read_bytes())
         except OSError:
             missing.append(library)
             continue
-        missing += [texture for texture in textures if not (found.parent / texture).is_file()]
+        missing += [texture for texture in textures if not (library_path.parent / texture).is_file()]
     return tuple(dict.fromkeys(missing))
 
 

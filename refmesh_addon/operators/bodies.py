@@ -1,25 +1,25 @@
-"""Two bodies that touch all the time, marked by a person to be apart in the reference mesh."""
+"""Marks by which two bodies that touch all the time are separated in the reference mesh."""
 
 import bpy
 from bpy.props import IntProperty
 
 from ..core.errors import RefMeshError
 from ..core.reference.marks import parse_marks
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .common import CentersOperator, object_mode, reporting
 
-NUMBER = {"name": "Body", "min": 0, "options": {"SKIP_SAVE"}}
+BODY_NUMBER = {"name": "Body", "min": 0, "options": {"SKIP_SAVE"}}
 
 
 class REFMESH_OT_mark_body(CentersOperator, bpy.types.Operator):
-    """Some centers of one body that touches another all the time, selected in edit mode, mark it: the two are then apart in the \
-reference mesh"""
+    """Mark a body that touches another one all the time by some of its centers, selected in edit mode: the two are then separate in \
+the reference mesh"""
 
     bl_idname = "refmesh.mark_body"
     bl_label = "Mark Body"
     bl_options = {"UNDO"}
 
-    body: IntProperty(description="Marked body that the selected centers are added to; 0 marks another one", **NUMBER)
+    body: IntProperty(description="Marked body to add the selected centers to; 0 marks a new one", **BODY_NUMBER)
 
     @classmethod
     def description(cls, context, properties):
@@ -33,7 +33,7 @@ reference mesh"""
         _check_number(owner, self.body)
         with object_mode(context):
             count = mark_body(owner, self.body - 1 if self.body else None, context.scene.frame_current)
-        self.report({"INFO"}, "mark another body now" if count == 1 else f"{count} bodies are marked; run Reference to have them apart")
+        self.report({"INFO"}, "now mark another body" if count == 1 else f"{count} bodies are marked; run Reference to separate them")
         return {"FINISHED"}
 
 
@@ -44,7 +44,7 @@ class REFMESH_OT_forget_body(CentersOperator, bpy.types.Operator):
     bl_label = "Forget Body"
     bl_options = {"UNDO"}
 
-    body: IntProperty(description="Marked body to forget, from 1 on", **NUMBER)
+    body: IntProperty(description="Marked body to forget, counted from 1", **BODY_NUMBER)
 
     @reporting
     def execute(self, context):

@@ -1,4 +1,4 @@
-"""What every operator shares: errors as reports, and the sequence it works on."""
+"""What operators share: errors as reports, and the conditions under which they can run."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import bpy
 
 from ..core.errors import RefMeshError
 from ..pipeline.process.packages import import_trouble
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 
 NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
 LEAVE_EDIT_MODE = "leave edit mode first"
 
 
 def reporting(execute: Callable) -> Callable:
-    """Turns an error that is meant for a person into an ERROR report, which reaches scripts as RuntimeError."""
+    """Turns an error that is meant for the user into an ERROR report, which reaches scripts as RuntimeError."""
 
     @wraps(execute)
-    def wrapped(self, context, *more):  # Blender counts the arguments that are named: two, as `execute` has
+    def wrapped(self, context, *more):  # Blender checks the number of named arguments: two, as `execute` has
         try:
             return execute(self, context, *more)
         except RefMeshError as error:
@@ -35,18 +35,18 @@ def reporting(execute: Callable) -> Callable:
 
 
 class SceneOperator:
-    """Changes the scene: not in edit mode, and not while a job is running."""
+    """Changes the scene, so it runs neither in edit mode nor while a job is running."""
 
     @classmethod
     def poll(cls, context):
-        hindrance = cls.hindrance(context)
-        if hindrance:
-            cls.poll_message_set(hindrance)
-        return not hindrance
+        failure = cls.poll_failure(context)
+        if failure:
+            cls.poll_message_set(failure)
+        return not failure
 
     @classmethod
-    def hindrance(cls, context) -> str:
-        """Why the operator cannot run now, in words that say what to do; "" when it can."""
+    def poll_failure(cls, context) -> str:
+        """Why the operator cannot run now, and what to do about it; "" when it can."""
         if context.mode != "OBJECT":
             return LEAVE_EDIT_MODE
         return "a RefMesh job is running: wait for it or cancel it" if running_job(context) else ""
@@ -56,27 +56,27 @@ class SequenceOperator(SceneOperator):
     """Works on the sequence that `sequence_object` finds."""
 
     @classmethod
-    def hindrance(cls, context) -> str:
+    def poll_failure(cls, context) -> str:
         if sequence_object(context) is None:
             return NO_SEQUENCE
-        return super().hindrance(context)
+        return super().poll_failure(context)
 
 
 class CentersOperator(SequenceOperator):
-    """Works on the centers that are selected, also while they are in edit mode."""
+    """Works on the selected centers, also while they are in edit mode."""
 
     @classmethod
-    def hindrance(cls, context) -> str:
+    def poll_failure(cls, context) -> str:
         owner = sequence_object(context)
         if owner is not None and owner.refmesh.centers is None:
             return "there are no centers yet; run the Track step first"
-        hindrance = super().hindrance(context)
-        return "" if hindrance == LEAVE_EDIT_MODE and context.edit_object == owner.refmesh.centers else hindrance
+        failure = super().poll_failure(context)
+        return "" if failure == LEAVE_EDIT_MODE and context.edit_object == owner.refmesh.centers else failure
 
 
 @contextmanager
 def object_mode(context) -> Iterator[None]:
-    """Object mode inside the block, in which selections and colors can be read and written; the mode is as before afterward."""
+    """Object mode inside the block, where selections and colors can be read and written; restores the mode afterward."""
     editing = context.mode != "OBJECT"
     if editing:
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -88,11 +88,11 @@ def object_mode(context) -> Iterator[None]:
 
 
 def running_job(context) -> bpy.types.Operator | None:
-    """The job operator that is running in a window, if any."""
+    """The job operator that is running in any window, if there is one."""
     running = (operator for window in context.window_manager.windows for operator in window.modal_operators)
     return next((operator for operator in running if operator.bl_idname.startswith("REFMESH_OT_")), None)
 
 
 def absolute(path: str) -> Path:
-    """A path as Blender writes it ("//" is beside the saved scene) as an absolute one."""
+    """The absolute form of a path as Blender writes it, where "//" is the folder of the saved scene."""
     return Path(os.path.abspath(bpy.path.abspath(path)))

@@ -9,7 +9,7 @@ from ..bridge.formats import registry
 from ..bridge.formats.choice import choose
 from ..bridge.formats.export import Export
 from ..core.errors import RefMeshError
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .common import SequenceOperator, absolute, reporting
 from .format_options import argument_names, chosen_options, format_arguments
 

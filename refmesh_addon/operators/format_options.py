@@ -6,7 +6,7 @@ from dataclasses import fields
 import bpy
 
 from ..io.formats import Format
-from ..properties import blender_property, plain_value
+from ..properties.settings import blender_property, plain_value
 
 
 def argument_names(known: Format) -> dict[str, str]:

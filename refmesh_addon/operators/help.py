@@ -1,4 +1,4 @@
-"""The page of the documentation about a step."""
+"""Opens the documentation of a step."""
 
 from pathlib import Path
 
@@ -13,20 +13,20 @@ STEPS = ("sequence", "track", "reference", "deform", "export")
 
 
 class REFMESH_OT_help(bpy.types.Operator):
-    """Open the page about this step"""
+    """Open the documentation of this step"""
 
     bl_idname = "refmesh.help"
     bl_label = "Help"
     bl_options = {"INTERNAL"}
 
-    page: EnumProperty(name="Page", description="Step to read about", items=[(step, step.title(), "") for step in STEPS])
+    page: EnumProperty(name="Page", description="Step that the page is about", items=[(step, step.title(), "") for step in STEPS])
 
     @reporting
     def execute(self, context):
         page = PAGES / f"{self.page}.md"
         if not page.is_file():
             raise RefMeshError(f"{page}: the page is missing; install the extension again")
-        if not bpy.app.background:  # without a window it only says where the page is
+        if not bpy.app.background:  # without a window it only reports the path
             bpy.ops.wm.path_open(filepath=str(page))
         self.report({"INFO"}, f"{page}")
         return {"FINISHED"}

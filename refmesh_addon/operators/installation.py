@@ -1,4 +1,4 @@
-"""Whether what the work needs is there and can be loaded."""
+"""Checks that every package is installed and loads."""
 
 import bpy
 
@@ -8,17 +8,17 @@ from .common import reporting
 
 
 class REFMESH_OT_check_installation(bpy.types.Operator):
-    """Load every package that RefMesh needs, in the Python that does its work, and say what is missing or broken"""
+    """Load every package that RefMesh needs in a worker process and report what is missing or broken"""
 
     bl_idname = "refmesh.check_installation"
     bl_label = "Check Installation"
 
     @reporting
     def execute(self, context):
-        versions, troubles = check_packages()
-        if troubles:
-            raise RefMeshError("; ".join(troubles))
-        self.report({"INFO"}, f"everything is there: {', '.join(' '.join(item).strip() for item in versions.items())}")
+        versions, problems = check_packages()
+        if problems:
+            raise RefMeshError("; ".join(problems))
+        self.report({"INFO"}, f"all packages are installed: {', '.join(' '.join(item).strip() for item in versions.items())}")
         return {"FINISHED"}
 
 

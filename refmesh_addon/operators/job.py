@@ -1,17 +1,17 @@
-"""Jobs: the pipeline in a process of its own, with a window that stays alive or a bar on stderr."""
+"""Jobs: the pipeline in a worker process, with a responsive window or a progress bar on stderr."""
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..core.errors import RefMeshError
-from ..properties import setting_properties
+from ..properties.settings import setting_properties
 from .common import absolute, reporting, sequence_object
 from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
 from .settings import chosen_settings, preset_property
 from .showing import ShowingOperator
 
-# Arguments hold for one call: without this, Blender would repeat the last ones when the button is pressed again.
+# Arguments apply to one call: without this, Blender would reuse the last ones when the button is pressed again.
 ONCE = {"options": {"SKIP_SAVE"}}
 
 
@@ -27,9 +27,9 @@ class JobOperator(ShowingOperator):
         "preset": preset_property(**ONCE),
         "output": StringProperty(name="Output", description="Folder for the results; empty takes the panel's", subtype="DIR_PATH", **ONCE),
         "frames": StringProperty(
-            name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes the panel's", **ONCE
+            name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes that of the panel", **ONCE
         ),
-        "resume": BoolProperty(name="Resume", description="Take up what an earlier run left in the output folder", default=True, **ONCE),
+        "resume": BoolProperty(name="Resume", description="Reuse what an earlier run left in the output folder", default=True, **ONCE),
         "quiet": BoolProperty(name="Quiet", description="No progress bar on stderr in background mode", **ONCE),
         **setting_properties(**ONCE),
     }
@@ -46,21 +46,21 @@ class JobOperator(ShowingOperator):
         return self._wait() if bpy.app.background else self._start(context)
 
     def modal(self, context, event):
-        if self._parts is not None:
-            return self.show_some(context) if event.type == "TIMER" else {"PASS_THROUGH"}
-        if event.type == "ESC" or self.cancel_wanted:
+        if self._updates is not None:
+            return self.show_next(context) if event.type == "TIMER" else {"PASS_THROUGH"}
+        if event.type == "ESC" or self.cancel_requested:
             self._worker.cancel()
         if event.type != "TIMER":
             return {"RUNNING_MODAL"} if event.type == "ESC" else {"PASS_THROUGH"}
-        for news in self._worker.poll():
-            if news.is_final:
-                return self._after(context, news)
-            self._note(news)
-            self.show_status(context, self._clock.describe(news))
+        for message in self._worker.poll():
+            if message.is_final:
+                return self._finish(context, message)
+            self._note(message)
+            self.show_status(context, self._clock.describe(message))
         return {"PASS_THROUGH"}
 
     def cancel(self, context):
-        """Blender ends the operator: another file is loaded, or the program closes."""
+        """Called by Blender when it ends the operator: another file is loaded, or Blender quits."""
         self._worker.cancel()
         self.end_modal(context)
 
@@ -70,16 +70,17 @@ class JobOperator(ShowingOperator):
 
         frames = self.frames or state.frame_selection
         output = absolute(self.output or state.output)
-        found = find_sequence(absolute(state.source), frames)
-        strangers = [number for number in found.numbers if str(number) not in state.frames]
-        if strangers:
-            raise RefMeshError(f"--frames {frames or 'all'}: frame {strangers[0]} was not imported; import the sequence with these frames")
+        sequence = find_sequence(absolute(state.source), frames)
+        not_imported = [number for number in sequence.numbers if str(number) not in state.frames]
+        if not_imported:
+            frame = not_imported[0]
+            raise RefMeshError(f"--frames {frames or 'all'}: frame {frame} was not imported; import the sequence with these frames")
         return JobSpec(
             str(absolute(state.source)), str(output), frames, chosen_settings(self.properties, state.settings), self.until, self.resume
         )
 
     def _remember(self, state, spec):
-        """The panel shows what was used."""
+        """The panel shows the settings that the job uses."""
         state.settings.assign(spec.settings.to_flat())
         state.frame_selection = spec.frames
         if self.output:
@@ -92,7 +93,7 @@ class JobOperator(ShowingOperator):
     def _note(self, event):
         if event.kind == "warning":
             self.report({"WARNING"}, event.message)
-        self.share = event.share
+        self.progress = event.share
 
     def _wait(self):
         with progress_bar(self.quiet) as advance:
@@ -101,14 +102,14 @@ class JobOperator(ShowingOperator):
                     advance(event)
                     self._note(event)
             finally:
-                self._worker.cancel()  # an interrupted script leaves no worker; one that has ended does not mind
+                self._worker.cancel()  # an interrupted script leaves no worker; for one that has ended it does nothing
         if not self._succeeded(event):
             return {"CANCELLED"}
         return self.show_all()
 
     @reporting
-    def _after(self, context, event):
-        """The worker has ended: what it wrote is shown piece by piece, so that the window stays alive."""
+    def _finish(self, context, event):
+        """The worker has ended: its results are shown step by step, so that the window stays responsive."""
         if event.kind != "done":
             self.end_modal(context)
         if not self._succeeded(event):
@@ -119,5 +120,5 @@ class JobOperator(ShowingOperator):
         if event.kind == "failed":
             raise RefMeshError(event.message)
         if event.kind == "cancelled":
-            self.report({"WARNING"}, "cancelled; what is finished is kept, and the same step goes on from there")
+            self.report({"WARNING"}, "cancelled; finished results are kept, and running the step again continues from there")
         return event.kind == "done"

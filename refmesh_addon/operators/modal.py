@@ -1,20 +1,20 @@
-"""Operators that go on while the window stays alive: a timer, progress in status bar and panel, Esc and a Cancel button."""
+"""Modal operators: a timer, progress in status bar and panel, Esc and a Cancel button."""
 
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from .common import running_job
 
-POLL_INTERVAL = 0.1  # seconds between two looks at a worker
-INNER = {"options": {"HIDDEN", "SKIP_SAVE"}}
+POLL_INTERVAL = 0.1  # seconds
+INTERNAL = {"options": {"HIDDEN", "SKIP_SAVE"}}
 
 
 class ModalOperator:
-    """What the panel needs to show of any operator that takes its time."""
+    """The state of a modal operator that the panel shows, and the timer that drives it."""
 
-    share: FloatProperty(name="Done", description="Part of the job that is done", **INNER)
-    status: StringProperty(name="Status", description="What the job is doing", **INNER)
-    cancel_wanted: BoolProperty(name="Cancel", description="Stop the job at its next step", **INNER)
+    progress: FloatProperty(name="Progress", description="Share of the job that is done", **INTERNAL)
+    status: StringProperty(name="Status", description="What the job is doing", **INTERNAL)
+    cancel_requested: BoolProperty(name="Cancel", description="Stop the job at its next step", **INTERNAL)
 
     def start_modal(self, context, interval):
         self._timer = context.window_manager.event_timer_add(interval, window=context.window)
@@ -26,18 +26,18 @@ class ModalOperator:
         context.window_manager.event_timer_remove(self._timer)
         self.show_status(context, None)
 
-    def show_status(self, context, words, hint=" (Esc cancels)"):
-        """In the status bar and, through `status`, in the panel; None gives the status bar back to Blender."""
-        self.status = words or ""
+    def show_status(self, context, text, hint=" (Esc cancels)"):
+        """Shows text in the status bar and, through `status`, in the panel; None gives the status bar back to Blender."""
+        self.status = text or ""
         for window in context.window_manager.windows:
-            window.workspace.status_text_set(words and f"RefMesh: {words}{hint}")
+            window.workspace.status_text_set(text and f"RefMesh: {text}{hint}")
             for region in (region for area in window.screen.areas if area.type == "VIEW_3D" for region in area.regions):
                 if region.type == "UI":
                     region.tag_redraw()
 
 
 class REFMESH_OT_cancel(bpy.types.Operator):
-    """Stop the running job; what is finished is kept"""
+    """Stop the running job; finished results are kept"""
 
     bl_idname = "refmesh.cancel"
     bl_label = "Cancel"
@@ -50,7 +50,7 @@ class REFMESH_OT_cancel(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        running_job(context).properties.cancel_wanted = True
+        running_job(context).properties.cancel_requested = True
         return {"FINISHED"}
 
 

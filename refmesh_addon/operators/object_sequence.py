@@ -1,4 +1,4 @@
-"""Any animated mesh object in the scene as input: an Alembic or USD cache, a simulation, another add-on's sequence."""
+"""Any animated mesh object as input: an Alembic or USD cache, a simulation, a sequence of another add-on."""
 
 import contextlib
 
@@ -9,13 +9,13 @@ from ..core.errors import RefMeshError
 from .common import SceneOperator, absolute, reporting
 from .modal import ModalOperator
 
-KINDS = ("MESH", "CURVE", "SURFACE", "META", "FONT")  # that Blender evaluates to a mesh
-SOURCE = "source"  # folder in the output folder
-AT_ONCE = 0.001  # seconds until the next frame; the window is drawn in between
+OBJECT_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")  # that Blender evaluates to a mesh
+SOURCE_FOLDER = "source"  # in the output folder
+FRAME_INTERVAL = 0.001  # seconds between two frames, in which the window is drawn
 
 
 class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator):
-    """Take the active object, however it is animated, as a mesh sequence: its mesh in every frame is written to files"""
+    """Turn the active object, however it is animated, into a mesh sequence: its mesh in every frame is written to a file"""
 
     bl_idname = "refmesh.import_object"
     bl_label = "Use Active Object"
@@ -29,17 +29,17 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
     )
     first: IntProperty(name="First Frame", description="Scene frame to begin with", default=1, min=0, options={"SKIP_SAVE"})
     last: IntProperty(name="Last Frame", description="Scene frame to end with", default=250, min=0, options={"SKIP_SAVE"})
-    step: IntProperty(name="Frame Step", description="Take every so many frames", default=1, min=1, options={"SKIP_SAVE"})
+    step: IntProperty(name="Frame Step", description="Take every Nth frame", default=1, min=1, options={"SKIP_SAVE"})
     hide: BoolProperty(name="Hide Original", description="Hide the object, which the sequence then replaces", default=True)
 
     @classmethod
-    def hindrance(cls, context):
+    def poll_failure(cls, context):
         target = context.active_object
-        if target is None or target.type not in KINDS:
-            return "select the animated mesh object that is to become a sequence"
+        if target is None or target.type not in OBJECT_TYPES:
+            return "select the animated mesh object to turn into a sequence"
         if target.refmesh.frames or target.refmesh.sequence:
             return "this object belongs to a mesh sequence already; select another one"
-        return super().hindrance(context)
+        return super().poll_failure(context)
 
     def invoke(self, context, event):
         scene = context.scene
@@ -57,15 +57,15 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
             raise RefMeshError("save the scene first, so that the frames can be written beside it, or choose an output folder")
         self._target, self._output = target.session_uid, absolute(self.output or f"//refmesh_{bpy.path.clean_name(target.name)}")
         self._numbers = range(self.first, self.last + 1, self.step)
-        self._steps = bake(target, context.scene, self._numbers, self._output / SOURCE)
+        self._frames = bake(target, context.scene, self._numbers, self._output / SOURCE_FOLDER)
         if not bpy.app.background:
-            return self.start_modal(context, AT_ONCE)
-        for _ in self._steps:
+            return self.start_modal(context, FRAME_INTERVAL)
+        for _ in self._frames:
             pass
         return self._finish(context)
 
     def modal(self, context, event):
-        if event.type == "ESC" or self.cancel_wanted:
+        if event.type == "ESC" or self.cancel_requested:
             self.cancel(context)
             self.report({"WARNING"}, "cancelled; nothing was written")
             return {"CANCELLED"}
@@ -74,20 +74,20 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
     @reporting
     def _advance(self, context):
         try:
-            number = next(self._steps, None)
+            number = next(self._frames, None)
         except RefMeshError:
             self.end_modal(context)
             raise
         if number is None:
             self.end_modal(context)
             return self._finish(context)
-        self.share = (self._numbers.index(number) + 1) / len(self._numbers)
-        self.show_status(context, f"reading frame {number} of the scene, {self.share:.0%}")
+        self.progress = (self._numbers.index(number) + 1) / len(self._numbers)
+        self.show_status(context, f"reading frame {number} of the scene, {self.progress:.0%}")
         return {"RUNNING_MODAL"}
 
     def cancel(self, context):
         with contextlib.suppress(ReferenceError):  # another file is loaded and the scene is gone
-            self._steps.close()
+            self._frames.close()
         self.end_modal(context)
 
     @reporting
@@ -96,14 +96,14 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
         from ..io.discovery import find_sequence
 
         target = next(candidate for candidate in bpy.data.objects if candidate.session_uid == self._target)
-        first = next(iter(sorted((self._output / SOURCE).glob(f"{bpy.path.clean_name(target.name)}_*.ply"))))
-        found = find_sequence(first)
-        owner = new_sequence(context.scene, found, read_frame(found.frames[0].path, self._output), target.name)
+        first = next(iter(sorted((self._output / SOURCE_FOLDER).glob(f"{bpy.path.clean_name(target.name)}_*.ply"))))
+        sequence = find_sequence(first)
+        owner = new_sequence(context.scene, sequence, read_frame(sequence.frames[0].path, self._output), target.name)
         owner.refmesh.source, owner.refmesh.output = str(first), str(self._output)
         target.hide_set(self.hide)
         context.view_layer.objects.active = owner
         context.scene.frame_set(context.scene.frame_current)
-        self.report({"INFO"}, f"{found.name}: {len(found.frames)} frames")
+        self.report({"INFO"}, f"{sequence.name}: {len(sequence.frames)} frames")
         return {"FINISHED"}
 
 

@@ -1,9 +1,9 @@
-"""A picture of source, reference and result for a quick look."""
+"""Renders a picture of source, reference mesh and result."""
 
 import bpy
 from bpy.props import IntProperty, StringProperty
 
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .common import SequenceOperator, absolute, reporting
 
 

@@ -1,4 +1,4 @@
-"""Progress of a job in words and as a bar."""
+"""Progress of a job as text and as a bar."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
-LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file and no terminal
+LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file, not a terminal
 
 
 class Clock:
-    """Says what a job is doing and, from the time it took so far, how long it will still take."""
+    """Describes what a job is doing and estimates the time left from the time it has taken so far."""
 
     def __init__(self):
         self._start = time.monotonic()

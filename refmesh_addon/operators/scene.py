@@ -1,4 +1,4 @@
-"""Saving a scene that can be moved with its results."""
+"""Saves a scene that can be moved together with its results."""
 
 import bpy
 from bpy.props import StringProperty

@@ -1,22 +1,23 @@
-"""Presets, and how an operator's arguments, a preset and the panel make up the settings of a job."""
+"""Presets, and the settings of a job from the arguments of its operator, a preset and the panel."""
 
 import bpy
 from bpy.props import EnumProperty
 
 from ..core.settings import EDITS, PRESETS, Settings, flat_fields
-from ..properties import RefMeshSettings, plain_value, sequence_object, title
+from ..properties.selection import sequence_object
+from ..properties.settings import RefMeshSettings, plain_value, title
 from .common import SequenceOperator
 
-PRESET_WORDS = {
-    "draft": "Few centers and coarse voxels: minutes become seconds",
+PRESET_DESCRIPTIONS = {
+    "draft": "Few centers and coarse voxels, for a first look in seconds rather than minutes",
     "standard": "Good for most captures",
     "paper": "The published method: radial basis functions, unlimited search, no surface fit",
 }
 
 
 def preset_property(**options):
-    """The choice of a preset, as operators have it."""
-    items = [(name, title(name), PRESET_WORDS[name]) for name in PRESETS]
+    """The argument of an operator that chooses a preset."""
+    items = [(name, title(name), PRESET_DESCRIPTIONS[name]) for name in PRESETS]
     return EnumProperty(name="Preset", description="Settings to start from", items=items, default="standard", **options)
 
 
@@ -31,12 +32,12 @@ def chosen_settings(arguments: bpy.types.OperatorProperties, panel: RefMeshSetti
 
 
 def with_preset(panel: RefMeshSettings, preset: str) -> dict[str, object]:
-    """All settings of a preset, with what a person noted about this very sequence."""
+    """All settings of a preset, with the edits that the user made for this sequence."""
     return Settings.from_flat(PRESETS[preset]).to_flat() | {name: plain_value(panel, name) for name in EDITS}
 
 
 class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
-    """Set all settings of the sequence to a preset; where groups begin and which bodies are marked stays"""
+    """Set all settings of the sequence to a preset, except where groups begin and which bodies are marked"""
 
     bl_idname = "refmesh.apply_preset"
     bl_label = "Apply Preset"
@@ -46,7 +47,7 @@ class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
 
     @classmethod
     def description(cls, context, properties):
-        return PRESET_WORDS[properties.preset]
+        return PRESET_DESCRIPTIONS[properties.preset]
 
     def execute(self, context):
         settings = sequence_object(context).refmesh.settings

@@ -1,4 +1,4 @@
-"""Showing results piece by piece, so that the window stays alive; files are read in a thread meanwhile."""
+"""Operators that show results in the scene, step by step, so that the window stays responsive."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -9,16 +9,16 @@ from ..core.errors import RefMeshError
 from .common import SequenceOperator, absolute, reporting
 from .modal import ModalOperator
 
-SHOWING = 0.02  # seconds that showing results may hold the window at a time
+TIME_SLICE = 0.02  # seconds that updates of the scene may block the window at a time
 
 
 class ShowingOperator(ModalOperator, SequenceOperator):
-    """Shows in the scene what is in an output folder: at once in background mode, else in a modal operator that was started."""
+    """Shows the contents of an output folder: at once in background mode, else in a modal operator that has been started."""
 
-    _parts = None  # pieces of work still to be done, once there are any
+    _updates = None  # of the scene that remain, once there are any
 
     def remember_sequence(self, owner):
-        """An undo in between makes new Python objects of everything, so the sequence is looked up anew each time."""
+        """Remembers the sequence by its session_uid, since an undo in between replaces all Python objects."""
         self._owner = owner.session_uid
 
     def sequence(self):
@@ -29,42 +29,43 @@ class ShowingOperator(ModalOperator, SequenceOperator):
         return owner
 
     def results_folder(self):
-        """Where the results are."""
+        """The output folder of the results."""
         return absolute(self.sequence().refmesh.output)
 
-    def parts(self):
-        """Pieces of work that show what is there; each is called with the sequence object; None means wait."""
-        from ..bridge.results.loading import known_frames, parts, read_results
+    def scene_updates(self):
+        """Functions of the sequence object that show its results one after the other; None while files are still being read."""
+        from ..bridge.results.loading import known_frames, scene_updates
+        from ..bridge.results.reading import read_results
 
         with ThreadPoolExecutor(1) as thread:
             reading = thread.submit(read_results, self.results_folder(), known_frames(self.sequence()))
             while not bpy.app.background and not reading.done():
                 yield None
             results = reading.result()
-        yield from parts(results)
+        yield from scene_updates(results)
 
     def show_all(self):
-        """All pieces, one after the other."""
-        for part in self.parts():
-            if part is not None:
-                part(self.sequence())
+        """Applies all updates at once."""
+        for update in self.scene_updates():
+            if update is not None:
+                update(self.sequence())
         return {"FINISHED"}
 
     def start_showing(self, context):
-        """From now on `show_some` is to be called at every tick of the timer."""
-        self._parts = self.parts()
+        """From now on `show_next` is to be called at every tick of the timer."""
+        self._updates = self.scene_updates()
         self.show_status(context, "showing results", hint="")
         return {"PASS_THROUGH"}
 
     @reporting
-    def show_some(self, context):
-        """As many pieces as fit in a moment; ends the operator with the last."""
-        until = time.monotonic() + SHOWING
+    def show_next(self, context):
+        """Applies as many updates as fit into a time slice; ends the operator after the last one."""
+        until = time.monotonic() + TIME_SLICE
         try:
-            for part in self._parts:
-                if part is not None:
-                    part(self.sequence())
-                if part is None or time.monotonic() > until:
+            for update in self._updates:
+                if update is not None:
+                    update(self.sequence())
+                if update is None or time.monotonic() > until:
                     return {"PASS_THROUGH"}
         except BaseException:
             self.end_modal(context)

@@ -1,9 +1,9 @@
-"""The steps, each a job that runs up to its stage; stages that are up to date are taken from the output folder."""
+"""The steps, each a job that runs up to its stage; results that are up to date are taken from the output folder."""
 
 import bpy
 from bpy.props import StringProperty
 
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .common import absolute, reporting
 from .job import JobOperator
 from .modal import POLL_INTERVAL
@@ -11,7 +11,7 @@ from .showing import ShowingOperator
 
 
 class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
-    """Run every step: track the volume, make reference meshes, deform them to every frame, measure the distance"""
+    """Run every step: track the volume, extract reference meshes, deform them to every frame, measure the distance"""
 
     bl_idname = "refmesh.run_all"
     bl_label = "Run All"
@@ -19,7 +19,7 @@ class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
 
 
 class REFMESH_OT_track(JobOperator, bpy.types.Operator):
-    """Fill the volume of every frame and follow it with points"""
+    """Fill the volume of every frame with points and track them through the sequence"""
 
     bl_idname = "refmesh.track"
     bl_label = "Track Volume"
@@ -27,7 +27,7 @@ class REFMESH_OT_track(JobOperator, bpy.types.Operator):
 
 
 class REFMESH_OT_extract_reference(JobOperator, bpy.types.Operator):
-    """Make one reference mesh for each group of frames"""
+    """Extract one reference mesh for each group of frames"""
 
     bl_idname = "refmesh.extract_reference"
     bl_label = "Extract Reference Meshes"
@@ -51,14 +51,14 @@ class REFMESH_OT_evaluate(JobOperator, bpy.types.Operator):
 
 
 class REFMESH_OT_load_results(ShowingOperator, bpy.types.Operator):
-    """Show results that are in an output folder already, made by an earlier session or on another machine"""
+    """Show results that are already in an output folder, from an earlier session or another machine"""
 
     bl_idname = "refmesh.load_results"
     bl_label = "Load Results"
     bl_options = {"UNDO"}
 
     output: StringProperty(
-        name="Output", description="Folder with the results; empty takes the panel's", subtype="DIR_PATH", options={"SKIP_SAVE"}
+        name="Output", description="Folder with the results; empty takes that of the panel", subtype="DIR_PATH", options={"SKIP_SAVE"}
     )
 
     @reporting
@@ -71,7 +71,7 @@ class REFMESH_OT_load_results(ShowingOperator, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        return self.show_some(context) if event.type == "TIMER" else {"PASS_THROUGH"}
+        return self.show_next(context) if event.type == "TIMER" else {"PASS_THROUGH"}
 
     def cancel(self, context):
         self.end_modal(context)

@@ -1,10 +1,10 @@
-"""The timeline of the scene and the frames of a sequence."""
+"""Sets the timeline of the scene to a sequence, and goes to single frames of it."""
 
 import bpy
 from bpy.props import FloatProperty, StringProperty
 
 from ..core.errors import RefMeshError
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .common import NO_SEQUENCE, SequenceOperator, reporting
 
 
@@ -42,14 +42,14 @@ class REFMESH_OT_go_to_frame(bpy.types.Operator):
         if sequence_object(context) is None:
             cls.poll_message_set(NO_SEQUENCE)
             return False
-        return True  # also while a job runs: it changes nothing
+        return True  # also while a job is running, as it changes nothing
 
     @reporting
     def execute(self, context):
-        found = sequence_object(context).refmesh.frames.get(self.frame)
-        if found is None:
+        frame = sequence_object(context).refmesh.frames.get(self.frame)
+        if frame is None:
             raise RefMeshError(f"frame {self.frame} is not part of this sequence")
-        context.scene.frame_set(found.scene_frame)
+        context.scene.frame_set(frame.scene_frame)
         return {"FINISHED"}
 
 

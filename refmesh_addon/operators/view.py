@@ -1,13 +1,13 @@
-"""What one sees besides the results themselves: trails of centers."""
+"""Trails of centers."""
 
 import bpy
 
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .common import CentersOperator, SequenceOperator, object_mode, reporting
 
 
 class REFMESH_OT_show_trails(CentersOperator, bpy.types.Operator):
-    """Show as curves where the centers go that are selected in edit mode; an even choice of all where none is selected"""
+    """Show the paths of the centers selected in edit mode as curves; of evenly many of all centers where none is selected"""
 
     bl_idname = "refmesh.show_trails"
     bl_label = "Show Trails"
@@ -33,9 +33,9 @@ class REFMESH_OT_remove_trails(SequenceOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     @classmethod
-    def hindrance(cls, context):
+    def poll_failure(cls, context):
         owner = sequence_object(context)
-        return super().hindrance(context) or ("" if owner.refmesh.trails else "there are no trails")
+        return super().poll_failure(context) or ("" if owner.refmesh.trails else "there are no trails")
 
     @reporting
     def execute(self, context):

@@ -1,4 +1,4 @@
-"""Panels and menu entries: they draw, and reach operators by their id only."""
+"""Panels and menu entries: they draw, and call operators only by id."""
 
 from . import legend, menus, panels, preferences
 

@@ -1,13 +1,13 @@
-"""Part of the Reference step: bodies that touch all the time, marked to be apart."""
+"""Part of the Reference step: marks that separate bodies which touch all the time."""
 
 import bpy
 
 from ..core.errors import RefMeshError
 from ..core.reference.marks import parse_marks
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .layout import CentersPanel, draw_wrapped
 
-HOW = "Where two bodies touch all the time: select some centers of one in edit mode and mark them, then of the other"
+INSTRUCTIONS = "Where two bodies touch all the time: in edit mode, select some centers of one and mark them, then of the other"
 
 
 class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
@@ -24,7 +24,7 @@ class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
             marks = None
         bodies = marks.bodies if marks else ()
         if len(bodies) < 2:
-            draw_wrapped(layout, context, HOW if not bodies else "Mark another body that this one is to be apart from", icon="INFO")
+            draw_wrapped(layout, context, INSTRUCTIONS if not bodies else "Mark another body to separate it from this one", icon="INFO")
         for number, points in enumerate(bodies, 1):
             row = layout.row(align=True)
             count = f"{len(points)} center{'s' if len(points) > 1 else ''}"

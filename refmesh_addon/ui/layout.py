@@ -1,16 +1,16 @@
-"""What the panels share: their place in the sidebar, the help button, and wrapped text."""
+"""Base classes of the panels, and text that wraps."""
 
 import textwrap
 
 import bpy
 
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 
 PIXELS_PER_LETTER = 6.2  # of Blender's default font at 72 dpi, on average
 
 
 class RefMeshPanel:
-    """Place shared by all panels of the tab."""
+    """A panel of the RefMesh tab in the sidebar of the 3D view."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
@@ -18,7 +18,7 @@ class RefMeshPanel:
 
 
 class SequencePanel(RefMeshPanel):
-    """A panel about the selected sequence, with a button that opens the page about its step."""
+    """A panel about the selected sequence, with a button that opens the documentation of its step."""
 
     @classmethod
     def poll(cls, context):
@@ -37,17 +37,18 @@ class CentersPanel(RefMeshPanel):
         return owner is not None and owner.refmesh.centers is not None
 
 
-def draw_wrapped(layout, context, words: str, icon: str = "NONE"):
-    """Words over as many lines as the width of the panel needs."""
+def draw_wrapped(layout, context, text: str, icon: str = "NONE"):
+    """Draws text on as many lines as the width of the panel requires."""
     width = context.region.width if context.region else 300
     letters = max(16, int((width - 60) / (PIXELS_PER_LETTER * bpy.context.preferences.system.ui_scale)))
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for line, text in enumerate(textwrap.wrap(words, letters)):
-        column.label(text=text, icon=icon if line == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+    indent = "BLANK1" if icon != "NONE" else "NONE"
+    for number, line in enumerate(textwrap.wrap(text, letters)):
+        column.label(text=line, icon=indent if number else icon)
 
 
-def seconds_in_words(seconds: float) -> str:
+def describe_seconds(seconds: float) -> str:
     """0.4 as "0.4 s", 12.3 as "12 s", 80 as "1:20 min"."""
     if seconds < 60:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"

@@ -1,16 +1,16 @@
-"""The scale of the error colors, drawn over the 3D view."""
+"""The color scale of the errors, drawn over the 3D view."""
 
 import blf
 import bpy
 import numpy as np
 
 from ..core.evaluation.error_scale import TABLE, TOP
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 
 SIZE = (220, 14)  # of the bar, pixels at a resolution scale of 1
 PLACE = (70, 60)  # of its lower left corner, to the right of the toolbar
 LETTERS = 12  # points
-WORDS = "Distance to the source, % of the diagonal"
+CAPTION = "Distance to the source, % of the diagonal"
 
 
 def draw():
@@ -23,14 +23,14 @@ def draw():
     _bar(x, y, width, height)
     blf.size(0, LETTERS * scale)
     blf.color(0, 1.0, 1.0, 1.0, 1.0)
-    _write(WORDS, x, y + 1.5 * height)
+    _write(CAPTION, x, y + 1.5 * height)
     for share in (0.0, 0.5, 1.0):
-        words = f"{100 * TOP * share:g}" + (" and more" if share == 1.0 else "")
-        _write(words, x + share * width - (3 * scale if share else 0), y - 1.2 * height)
+        label = f"{100 * TOP * share:g}" + (" and more" if share == 1.0 else "")
+        _write(label, x + share * width - (3 * scale if share else 0), y - 1.2 * height)
 
 
 def _bar(x, y, width, height):
-    import gpu  # late: there is none without a window
+    import gpu  # late: it fails to load without a window
     from gpu_extras.batch import batch_for_shader
 
     across = np.linspace(x, x + width, len(TABLE))
@@ -40,9 +40,9 @@ def _bar(x, y, width, height):
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colors}).draw(shader)
 
 
-def _write(words, x, y):
+def _write(text, x, y):
     blf.position(0, x, y, 0)
-    blf.draw(0, words)
+    blf.draw(0, text)
 
 
 _handle = None

@@ -1,4 +1,4 @@
-"""Entries in Blender's own menus."""
+"""Entries in Blender's menus."""
 
 import bpy
 

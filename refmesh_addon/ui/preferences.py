@@ -1,4 +1,4 @@
-"""What the add-on shows of itself in Blender's preferences."""
+"""The preferences of the add-on."""
 
 import bpy
 from bpy.props import IntProperty
@@ -6,17 +6,17 @@ from bpy.props import IntProperty
 from ..bridge.sequence.raw_sequence import set_memory_budget
 from ..pipeline.process.packages import missing_packages
 
-ADDON = __package__.rpartition(".refmesh_addon")[0] or "refmesh_addon"  # the extension's own name, or that of the checkout's package
+ADDON = __package__.rpartition(".refmesh_addon")[0] or "refmesh_addon"  # of the extension, or of the package in a checkout
 
 
 class REFMESH_AddonPreferences(bpy.types.AddonPreferences):
-    """Says in words what of the installation is missing."""
+    """Memory for playback, and which packages are missing."""
 
     bl_idname = ADDON
 
     memory_budget: IntProperty(
         name="Memory Budget",
-        description="Megabytes for frames that were shown lately; more of them play without being read again, fewer leave more to the job",
+        description="Megabytes for recently shown frames; with more, more frames play without being read again; with fewer, jobs have more",
         default=512,
         min=16,
         max=1_000_000,
@@ -36,7 +36,7 @@ def preferences(context) -> bpy.types.AddonPreferences | None:
 
 
 def draw_missing(layout):
-    """What is missing, and below it what does not work without it; nothing when all packages are there."""
+    """Lists missing packages, each with what does not work without it."""
     for line in missing_packages():
         package, effect = line.split(": ")
         layout.label(text=package, icon="ERROR")

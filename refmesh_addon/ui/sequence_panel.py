@@ -1,9 +1,9 @@
-"""The first step: which frames there are, and what was found out about them."""
+"""The Sequence step: the frames, and the findings of the check."""
 
 import bpy
 
 from ..core.findings import SEVERITIES
-from ..properties import sequence_object
+from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
 from .preferences import preferences
 
@@ -15,7 +15,7 @@ class REFMESH_UL_findings(bpy.types.UIList):
     """One line for each finding; a click goes to its frame."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
-        layout.label(text=f"{item.name}: {item.words}", icon=ICONS.get(item.severity, "INFO"))
+        layout.label(text=f"{item.name}: {item.message}", icon=ICONS.get(item.severity, "INFO"))
 
 
 class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
@@ -49,11 +49,8 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         if not state.checked:
             layout.label(text="Frames not checked yet", icon="QUESTION")
         elif not state.findings:
-            layout.label(text="Every frame was checked: nothing found", icon="CHECKMARK")
+            layout.label(text="Every frame was checked: no findings", icon="CHECKMARK")
         else:
             layout.template_list("REFMESH_UL_findings", "", state, "findings", state, "active_finding", rows=min(ROWS, len(state.findings)))
             finding = state.findings[min(state.active_finding, len(state.findings) - 1)]
-            draw_wrapped(layout, context, f"Frame {finding.name}: {finding.words}. {SEVERITIES.get(finding.severity, '')}.")
-
-
-CLASSES = (REFMESH_UL_findings, REFMESH_PT_sequence)
+            draw_wrapped(layout, context, f"Frame {finding.name}: {finding.message}. {SEVERITIES.get(finding.severity, '')}.")

@@ -135,6 +135,13 @@ def _write_group(out: Path, report: Report, index: int, numbers: tuple[int, ...]
         report.frames.append(frame)
 
 
+def read_triangles(source: bpy.types.Mesh) -> np.ndarray:
+    """(T, 3) int32 vertices of the triangles of a Blender mesh that has no other polygons."""
+    flat = np.empty(len(source.loops), dtype=np.int32)
+    source.loops.foreach_get("vertex_index", flat)
+    return flat.reshape(-1, 3)
+
+
 def _obj(vertices: np.ndarray, triangles: np.ndarray) -> str:
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
     return "\n".join(lines + [f"f {a} {b} {c}" for a, b, c in triangles + 1]) + "\n"

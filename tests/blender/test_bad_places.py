@@ -1,4 +1,4 @@
-"""Disks that are full or read-only, caches that are gone, objects of another scene: a message in words, nothing half-made."""
+"""Disks that are full or read-only, caches that are gone, objects of another scene: a clear message, nothing half-written."""
 
 from __future__ import annotations
 
@@ -39,32 +39,32 @@ def everything() -> dict[str, set[str]]:
     return {kind: {item.name for item in getattr(bpy.data, kind)} for kind in kinds}
 
 
-def refused(operator: str, words: str, **arguments) -> None:
-    """The operator fails in one line of words and leaves the scene as it was."""
+def refused(operator: str, message: str, **arguments) -> None:
+    """The operator fails in one line of message and leaves the scene as it was."""
     before = everything()
-    with pytest.raises(RuntimeError, match=words) as failure:
+    with pytest.raises(RuntimeError, match=message) as failure:
         getattr(bpy.ops.refmesh, operator)(**arguments)
     assert "Traceback" not in str(failure.value) and len(str(failure.value).strip().splitlines()) == 1
     assert everything() == before
 
 
 @pytest.mark.parametrize("operator", ["check_sequence", "run_all", "track", "extract_reference", "deform", "evaluate"])
-@pytest.mark.parametrize("disk, words", [("full", "No space left"), ("read_only", "Read-only")])
-def test_jobs_name_the_disk(ball, request, operator, disk, words):
+@pytest.mark.parametrize("disk, message", [("full", "No space left"), ("read_only", "Read-only")])
+def test_jobs_name_the_disk(ball, request, operator, disk, message):
     place = request.getfixturevalue(disk)
-    refused(operator, words, output=str(place / "out"), quiet=True, **TINY)
+    refused(operator, message, output=str(place / "out"), quiet=True, **TINY)
     assert not ball.refmesh.done and not list(place.rglob("*.partial"))
 
 
-@pytest.mark.parametrize("disk, words", [("full", "No space left|cannot be written"), ("read_only", "Read-only")])
+@pytest.mark.parametrize("disk, message", [("full", "No space left|cannot be written"), ("read_only", "Read-only")])
 @pytest.mark.parametrize("kind", ["pc2", "ply", "glb", "abc", "usd"])
-def test_exports_name_the_disk(solved, request, disk, words, kind):
+def test_exports_name_the_disk(solved, request, disk, message, kind):
     if not {"abc": bpy.app.build_options.alembic, "usd": bpy.app.build_options.usd}.get(kind, True):
         pytest.skip(f"this Blender was built without {kind}")
     place = request.getfixturevalue(disk)
     if disk == "full":
         (place / "filler").write_bytes(bytes(60 * 1024))
-    refused("export", words, format=kind, directory=str(place / "export"))
+    refused("export", message, format=kind, directory=str(place / "export"))
     assert not list(place.rglob("*.partial*"))
 
 
@@ -78,11 +78,11 @@ def test_saving_and_pictures_name_the_disk(solved, request, disk):
     assert {path.name for path in place.rglob("*") if path.is_file()} <= {"filler"}
 
 
-@pytest.mark.parametrize("disk, words", [("full", "No space left"), ("read_only", "Read-only")])
-def test_an_object_as_input_names_the_disk(blender, request, disk, words):
+@pytest.mark.parametrize("disk, message", [("full", "No space left"), ("read_only", "Read-only")])
+def test_an_object_as_input_names_the_disk(blender, request, disk, message):
     place = request.getfixturevalue(disk)
     blender.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=64)
-    refused("import_object", words, output=str(place / "out"), first=1, last=2)
+    refused("import_object", message, output=str(place / "out"), first=1, last=2)
     assert not list(place.rglob("*.ply")) and not list(place.rglob("*.partial"))
 
 
@@ -110,4 +110,4 @@ def test_results_written_to_by_another_sequence_are_refused(blender, ball, frame
         path.rename(path.with_name(path.name.replace("00", "01")))
     out = write_results(tmp_path / "results", frames)
     blender.ops.refmesh.import_sequence(filepath=str(other))
-    refused("load_results", "has frame 6, which this sequence has not", output=str(out))
+    refused("load_results", "has frame 6, which is not in this sequence", output=str(out))

@@ -1,4 +1,4 @@
-"""Every operator in every state in which it cannot do its work: refused in one line of words, and the scene is as before."""
+"""Every operator in every state in which it cannot do its work: refused in one line of message, and the scene is as before."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ def test_small_ones_say_why_too(blender, operator):
 @pytest.mark.parametrize("operator", ON_SCENES)
 def test_in_edit_mode(blender, solved, operator):
     bpy.ops.object.mode_set(mode="EDIT")
-    words = "belongs to a mesh sequence already" if operator == "import_object" else "leave edit mode first"
-    refused(operator, words, **ON_SCENES[operator])
+    message = "belongs to a mesh sequence already" if operator == "import_object" else "leave edit mode first"
+    refused(operator, message, **ON_SCENES[operator])
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
@@ -89,13 +89,13 @@ GONE = {
 }
 
 
-@pytest.mark.parametrize("gone, operator, words", [(gone, *item) for gone, table in GONE.items() for item in table.items()])
-def test_without_a_cache(blender, solved, results, gone, operator, words):
+@pytest.mark.parametrize("gone, operator, message", [(gone, *item) for gone, table in GONE.items() for item in table.items()])
+def test_without_a_cache(blender, solved, results, gone, operator, message):
     target = results / gone
     shutil.rmtree(target) if target.is_dir() else target.unlink()
     vertices = solved.refmesh.centers.data.vertices
     vertices.foreach_set("select", [True, *[False] * (len(vertices) - 1)])
-    refused(operator, words, **ON_SEQUENCES[operator])
+    refused(operator, message, **ON_SEQUENCES[operator])
     assert solved.refmesh.settings.apart == ""
 
 
@@ -118,5 +118,5 @@ def test_without_the_frames(blender, ball, frames, tmp_path, operator):
 
 @pytest.mark.parametrize("operator", ["remove_trails", "edit_groups", "show_trails", "mark_body", "export", "render_preview"])
 def test_before_the_step_that_they_need(blender, ball, operator):
-    words = "there are no trails|run the Reference step first|run the Track step first|run the Deform step first|report.json"
-    refused(operator, words, **ON_SEQUENCES[operator])
+    message = "there are no trails|run the Reference step first|run the Track step first|run the Deform step first|report.json"
+    refused(operator, message, **ON_SEQUENCES[operator])

@@ -53,7 +53,7 @@ def test_two_marks_show_two_bodies_and_make_the_reference_stale(blender, touchin
     assert len(set(shown[:27])) == len(set(shown[27:])) == 1 and shown[0] != shown[-1]
     assert touching.refmesh.center_color == "BODY" and touching.refmesh.center_range == "2 bodies"
     kinds = [step_status(touching.refmesh, stage) for stage in ("tracking", "reference")]
-    assert kinds[0].kind == "current" and kinds[1].words == "stale: other bodies are marked to be apart"
+    assert kinds[0].kind == "current" and kinds[1].text == "stale: other bodies are marked to be apart"
 
 
 def test_marks_are_added_moved_to_another_body_and_forgotten(blender, touching):
@@ -91,7 +91,7 @@ def test_presets_and_new_results_keep_the_marks(blender, touching):
 
 
 @pytest.mark.parametrize(
-    "operator, arguments, change, words",
+    "operator, arguments, change, message",
     [
         ("mark_body", {}, lambda owner: None, "select some of one body in edit mode"),
         ("mark_body", {"body": 1}, lambda owner: select(owner, [0]), "no such marked body; none marked so far"),
@@ -101,11 +101,11 @@ def test_presets_and_new_results_keep_the_marks(blender, touching):
         ("mark_body", {}, lambda owner: bpy.data.objects.remove(owner.refmesh.centers), "run the Track step first"),
     ],
 )
-def test_what_cannot_be_marked_is_said(blender, touching, operator, arguments, change, words):
+def test_what_cannot_be_marked_is_said(blender, touching, operator, arguments, change, message):
     select(touching, [])
     change(touching)
     before = touching.refmesh.settings.apart
-    with pytest.raises(RuntimeError, match=words):
+    with pytest.raises(RuntimeError, match=message):
         getattr(blender.ops.refmesh, operator)(**arguments)
     assert touching.refmesh.settings.apart == before
 

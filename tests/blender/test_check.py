@@ -15,8 +15,8 @@ def checked(blender, ball, frames, tmp_path):
 
 
 def test_findings_are_listed_and_a_click_goes_to_the_frame(checked):
-    found = [(item.name, item.severity) for item in checked.findings if item.severity != "note"]
-    assert found == [("8", "error"), ("8", "warning"), ("11", "warning")]  # 8 is also held over the missing 9
+    findings = [(item.name, item.severity) for item in checked.findings if item.severity != "note"]
+    assert findings == [("8", "error"), ("8", "warning"), ("11", "warning")]  # 8 is also held over the missing 9
     for index, item in enumerate(checked.findings):
         checked.active_finding = index
         assert bpy.context.scene.frame_current == int(item.name)
@@ -31,4 +31,4 @@ def test_a_second_check_shows_what_was_put_right(blender, checked, frames):
     (frames / "ball_0008.obj").write_bytes((frames / "ball_0007.obj").read_bytes())
     blender.ops.refmesh.check_sequence(quiet=True)
     assert [(item.name, item.severity) for item in checked.findings if item.severity == "error"] == []
-    assert [item.name for item in checked.findings if "same as frame" in item.words] == ["8", "11"]
+    assert [item.name for item in checked.findings if "same as frame" in item.message] == ["8", "11"]

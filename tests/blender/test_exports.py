@@ -80,10 +80,10 @@ def test_velocities_come_back_in_units_per_second(blender, solved, results, writ
         bpy.context.scene.frame_set(number)
         for index, numbers in enumerate(GROUPS):
             mesh = imported(index).data
-            found = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-            mesh.attributes["velocity"].data.foreach_get("vector", found)
+            imported_velocities = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+            mesh.attributes["velocity"].data.foreach_get("vector", imported_velocities)
             expected = 30 * velocities(reference(index).vertices, number) if number in numbers else np.zeros((len(mesh.vertices), 3))
-            np.testing.assert_allclose(found.reshape(-1, 3), expected, rtol=1e-6, atol=1e-6)
+            np.testing.assert_allclose(imported_velocities.reshape(-1, 3), expected, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["abc", "usd"])
@@ -211,14 +211,14 @@ def test_a_collection_holds_several_sequences(blender, frames, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments, words",
+    "arguments, message",
     [
         ({"first": 50}, "no frames to export: the sequence has 6 to 11, asked for were 50 to 11"),
         ({"first": 8, "last": 7}, "no frames to export"),
         ({"scope": "OBJECT"}, "select the deformed mesh of one"),
     ],
 )
-def test_nothing_chosen_is_said(blender, solved, results, arguments, words):
-    with pytest.raises(RuntimeError, match=words):
+def test_nothing_chosen_is_said(blender, solved, results, arguments, message):
+    with pytest.raises(RuntimeError, match=message):
         blender.ops.refmesh.export(format="pc2", **arguments)
     assert not (results / "export").exists()

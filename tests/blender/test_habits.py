@@ -129,17 +129,17 @@ def test_saved_before_the_first_run_it_goes_on_where_it_was_moved(blender, frame
 
 
 @pytest.mark.parametrize(
-    "lose, words",
+    "lose, message",
     [
         (lambda frames, results: None, ""),
-        (lambda frames, results: shutil.rmtree(frames), "the frames are not at"),
-        (lambda frames, results: (results / "report.json").unlink(), "report.json is gone: choose the folder"),
-        (lambda frames, results: shutil.rmtree(results / "playback"), ".pc2 is gone: choose the folder"),
+        (lambda frames, results: shutil.rmtree(frames), "the frames are not in"),
+        (lambda frames, results: (results / "report.json").unlink(), "report.json is missing: choose its folder"),
+        (lambda frames, results: shutil.rmtree(results / "playback"), ".pc2 is missing: choose its folder"),
     ],
 )
-def test_what_is_missing_is_said_when_a_scene_is_opened(blender, solved, frames, results, tmp_path, lose, words):
+def test_what_is_missing_is_said_when_a_scene_is_opened(blender, solved, frames, results, tmp_path, lose, message):
     blender.ops.refmesh.save_scene(filepath=str(tmp_path / "scene.blend"))
     lose(frames, results)
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
     owner = next(member for member in bpy.data.objects if member.refmesh.frames)
-    assert (words in owner.refmesh.missing) if words else owner.refmesh.missing == ""
+    assert (message in owner.refmesh.missing) if message else owner.refmesh.missing == ""

@@ -71,18 +71,18 @@ def test_steps_reach_their_stage_and_no_further(ball, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change, words",
+    "change, message",
     [
         (lambda folder: (folder / "ball_0008.obj").write_text("this is no mesh"), "ball_0008.obj"),
         (lambda folder: (folder / "ball_0008.obj").unlink(), "frame 8"),
         (lambda folder: [path.unlink() for path in folder.iterdir()], "no meshes found"),
     ],
 )
-def test_a_job_that_fails_says_which_file_and_changes_nothing(ball, frames, tmp_path, change, words):
+def test_a_job_that_fails_says_which_file_and_changes_nothing(ball, frames, tmp_path, change, message):
     ball.refmesh.frame_selection = "6-8"
     change(frames)
     before = set(bpy.data.objects)
-    with pytest.raises(RuntimeError, match=words) as failure:
+    with pytest.raises(RuntimeError, match=message) as failure:
         bpy.ops.refmesh.run_all(output=str(tmp_path / "out"), quiet=True, **TINY)
     assert "Traceback" not in str(failure.value) and len(str(failure.value).strip().splitlines()) == 1
     assert set(bpy.data.objects) == before
@@ -95,7 +95,7 @@ def test_frames_that_were_not_imported_are_refused(blender, frames, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_progress_in_words():
+def test_progress_is_described():
     event = SimpleNamespace(stage="tracking", frame=8, share=0.25)
     assert stage_and_frame(event) == "tracking, frame 8"
     assert stage_and_frame(SimpleNamespace(stage="reference", frame=None)) == "reference"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from refmesh_addon.bridge.scene.meshes import COLOR_NAME, fill_mesh, fill_points, read_positions, read_triangles, set_colors
+from refmesh_addon.bridge.scene.meshes import COLOR_NAME, fill_mesh, fill_points, read_positions, set_colors
 
-from .conftest import reference
+from .conftest import read_triangles, reference
 
 
 @pytest.fixture

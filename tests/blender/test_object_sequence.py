@@ -18,15 +18,15 @@ from .conftest import place, reference
 def cube(blender) -> bpy.types.Object:
     """A mirrored cube that moves along x and has a modifier."""
     blender.ops.mesh.primitive_cube_add()
-    made = blender.context.active_object
-    made.name = "My [cube].001"
-    made.scale = (-1.0, 2.0, 1.0)
-    made.modifiers.new("Finer", "SUBSURF")
+    cube = blender.context.active_object
+    cube.name = "My [cube].001"
+    cube.scale = (-1.0, 2.0, 1.0)
+    cube.modifiers.new("Finer", "SUBSURF")
     for frame in (1, 11):
-        made.location.x = frame
-        made.keyframe_insert("location", frame=frame)
-    made.animation_data.action.name = "move"
-    return made
+        cube.location.x = frame
+        cube.keyframe_insert("location", frame=frame)
+    cube.animation_data.action.name = "move"
+    return cube
 
 
 def test_modifiers_motion_and_mirroring_are_taken(blender, cube, tmp_path):
@@ -79,7 +79,7 @@ def test_frames_without_faces_are_gaps_and_none_is_refused(blender, cube, tmp_pa
     assert set(bpy.data.objects) == before and not (tmp_path / "none" / "source").exists()
 
 
-def test_nothing_selected_unsaved_scene_and_our_own_objects_are_refused_in_words(blender, ball, tmp_path):
+def test_nothing_selected_unsaved_scene_and_our_own_objects_are_refused(blender, ball, tmp_path):
     with pytest.raises(RuntimeError, match="belongs to a mesh sequence already"):
         blender.ops.refmesh.import_object()
     blender.ops.object.light_add()

@@ -137,7 +137,7 @@ def test_distances_of_frames_are_kept(solved):
 
 
 @pytest.mark.parametrize(
-    "damage, words",
+    "damage, message",
     [
         (lambda out: (out / "report.json").unlink(), "report.json"),
         (lambda out: (out / "centers.npz").write_bytes(b"PK"), "centers.npz"),
@@ -147,15 +147,15 @@ def test_distances_of_frames_are_kept(solved):
         (lambda out: edit_report(out, lambda report: report["sequence"]["numbers"].append(77)), "frame 77"),
     ],
 )
-def test_broken_results_are_named(blender, ball, results, damage, words):
+def test_broken_results_are_named(blender, ball, results, damage, message):
     damage(results)
-    with pytest.raises(RuntimeError, match=words):
+    with pytest.raises(RuntimeError, match=message):
         blender.ops.refmesh.load_results(output=str(results))
     assert {member.name for member in bpy.data.objects} == {"ball", "ball source"} and not ball.refmesh.done
 
 
 def test_active_member_leads_to_its_sequence(blender, solved):
-    from refmesh_addon.properties import sequence_object
+    from refmesh_addon.properties.selection import sequence_object
 
     for member in bpy.data.collections["ball"].objects:
         blender.context.view_layer.objects.active = member

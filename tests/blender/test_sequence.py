@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
-from refmesh_addon.bridge.scene.meshes import read_positions, read_triangles
-from refmesh_addon.bridge.scene.timeline import reach_with_views
+from refmesh_addon.bridge.scene.meshes import read_positions
+from refmesh_addon.bridge.scene.timeline import widen_clipping
 from refmesh_addon.io.meshes import read_mesh
-from refmesh_addon.operators.sequence import in_bytes, in_meters, preview, sides_of_first
+from refmesh_addon.operators.sequence_preview import first_frame_size, format_bytes, format_meters, summarize
 
-from .conftest import NUMBERS
+from .conftest import NUMBERS, read_triangles
 
 
 def shown(owner) -> np.ndarray:
@@ -57,7 +57,7 @@ def test_timeline_is_set_only_when_asked(blender, frames):
 
 
 def test_any_file_a_pattern_or_the_file_browser_find_the_same(blender, frames):
-    found = []
+    imported_paths = []
     for arguments in (
         {"filepath": str(frames)},
         {"filepath": str(frames / "ball_0010.obj")},
@@ -65,8 +65,8 @@ def test_any_file_a_pattern_or_the_file_browser_find_the_same(blender, frames):
         {"directory": str(frames), "files": [{"name": "ball_0007.obj"}]},
     ):
         blender.ops.refmesh.import_sequence(**arguments)
-        found.append([frame.path for frame in blender.context.active_object.refmesh.frames])
-    assert found[0] and all(paths == found[0] for paths in found)
+        imported_paths.append([frame.path for frame in blender.context.active_object.refmesh.frames])
+    assert imported_paths[0] and all(paths == imported_paths[0] for paths in imported_paths)
 
 
 def test_frames_and_name_can_be_chosen(blender, frames):
@@ -88,14 +88,14 @@ def test_empty_scene_removes_what_was_there(blender, ball, frames):
     assert {member.name for member in bpy.data.objects} == {"ball", "ball source"} and len(bpy.data.meshes) == 1
 
 
-@pytest.mark.parametrize("words", ["ball_0006.obj", "no such file or folder"])
-def test_what_cannot_be_read_is_named_and_leaves_the_scene_alone(blender, ball, frames, words):
+@pytest.mark.parametrize("message", ["ball_0006.obj", "no such file or folder"])
+def test_what_cannot_be_read_is_named_and_leaves_the_scene_alone(blender, ball, frames, message):
     source = frames / "nothing"
-    if words.startswith("ball"):
+    if message.startswith("ball"):
         source = frames
         (frames / "ball_0006.obj").write_text("this is no mesh")
     before = set(bpy.data.objects), set(bpy.data.meshes), set(bpy.data.collections)
-    with pytest.raises(RuntimeError, match=words):
+    with pytest.raises(RuntimeError, match=message):
         blender.ops.refmesh.import_sequence(filepath=str(source), empty_scene=True)
     assert (set(bpy.data.objects), set(bpy.data.meshes), set(bpy.data.collections)) == before
 
@@ -130,25 +130,25 @@ def test_timeline_can_be_set_later(blender, ball):
 
 def test_what_would_be_imported_is_shown_first(frames):
     size = sum(path.stat().st_size for path in frames.iterdir())
-    assert preview(str(frames / "ball_0010.obj"), "") == ("ball", "5 frames: 6-8, 10-11", "missing: 9", in_bytes(size))
-    assert preview(str(frames), "6-7")[1:3] == ("2 frames: 6-7", "no gaps")
-    assert "no such file" in preview(str(frames / "nothing"), "")[0]
-    assert [in_bytes(size) for size in (1_234_567, 1_640_000_000)] == ["1.2 MB", "1.64 GB"]
+    assert summarize(str(frames / "ball_0010.obj"), "") == ("ball", "5 frames: 6-8, 10-11", "missing: 9", format_bytes(size))
+    assert summarize(str(frames), "6-7")[1:3] == ("2 frames: 6-7", "no gaps")
+    assert "no such file" in summarize(str(frames / "nothing"), "")[0]
+    assert [format_bytes(size) for size in (1_234_567, 1_640_000_000)] == ["1.2 MB", "1.64 GB"]
 
 
 def test_the_size_is_shown_in_the_unit_that_is_chosen(frames):
     sides = np.ptp(read_mesh(frames / "ball_0007.obj").vertices, axis=0)
-    np.testing.assert_allclose(sides_of_first(str(frames), "7-8"), sides)
-    assert in_meters((170.0, 60.0, 25.04), 0.01) == "1.7 x 0.6 x 0.25 m"
+    np.testing.assert_allclose(first_frame_size(str(frames), "7-8"), sides)
+    assert format_meters((170.0, 60.0, 25.04), 0.01) == "1.7 x 0.6 x 0.25 m"
     (frames / "ball_0007.obj").write_text("this is no mesh")
-    assert sides_of_first(str(frames), "7") == () == sides_of_first(str(frames / "nothing"), "")
+    assert first_frame_size(str(frames), "7") == () == first_frame_size(str(frames / "nothing"), "")
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_3d_views_reach_as_far_as_the_sequence(blender, scale):
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     space = next(space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D")
-    reach_with_views(scale)
+    widen_clipping(scale)
     assert space.clip_start <= 0.01 * scale and space.clip_end >= max(20 * scale, 1000) and space.clip_end / space.clip_start < 2e8
     assert scale != 1.0 or (space.clip_start, space.clip_end) == (pytest.approx(0.01), 1000.0)
 

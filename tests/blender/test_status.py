@@ -7,7 +7,7 @@ import json
 import pytest
 
 from refmesh_addon.bridge.results.status import STAGES, first_to_run, step_status, used_settings
-from refmesh_addon.ui.layout import seconds_in_words
+from refmesh_addon.ui.layout import describe_seconds
 
 
 def kinds(state) -> list[str]:
@@ -38,7 +38,7 @@ def test_a_changed_setting_makes_stale_what_depends_on_it(solved, setting, value
     setattr(state.settings, setting, value)
     assert kinds(state) == expected.split()
     stale = next(step_status(state, stage) for stage in STAGES if step_status(state, stage).kind == "stale")
-    assert f"{setting.replace('_', ' ')} was {before}, is {value} now" in stale.words
+    assert f"{setting.replace('_', ' ')} was {before}, is {value} now" in stale.text
     setattr(state.settings, setting, before)
     assert kinds(state) == ["current"] * 4
 
@@ -76,5 +76,5 @@ def test_results_of_some_frames_choose_those_frames(blender, ball, results):
     assert ball.refmesh.frame_selection == "6,7-8,11"
 
 
-def test_times_in_words():
-    assert [seconds_in_words(seconds) for seconds in (0.42, 12.3, 80, 3601)] == ["0.4 s", "12 s", "1:20 min", "60:01 min"]
+def test_times_are_readable():
+    assert [describe_seconds(seconds) for seconds in (0.42, 12.3, 80, 3601)] == ["0.4 s", "12 s", "1:20 min", "60:01 min"]

@@ -97,10 +97,10 @@ def test_errors_stay_shown_when_results_are_loaded_again(blender, solved):
     assert solved.refmesh.heat_map and COLOR_NAME in solved.refmesh.groups[0].deformed.data.attributes
 
 
-def test_colors_of_a_file_without_them_are_refused_in_words(tmp_path):
+def test_colors_of_a_file_without_them_are_refused(tmp_path):
     write_ply(tmp_path / "plain.ply", reference(0))
-    for name, words in (("plain.ply", "holds no colors"), ("gone.ply", "cannot be read")):
-        with pytest.raises(Exception, match=words):
+    for name, message in (("plain.ply", "holds no colors"), ("gone.ply", "cannot be read")):
+        with pytest.raises(Exception, match=message):
             read_colors(tmp_path / name)
 
 

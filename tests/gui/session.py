@@ -153,7 +153,7 @@ def run_and_cancel() -> Iterator[float | None]:
     owner().refmesh.output = str(OUTPUT / "results")
     with bpy.context.temp_override(**view()):
         bpy.ops.refmesh.run_all("INVOKE_DEFAULT", centers=1000, resolution=256)
-    yield from until(lambda: job().properties.share > 0.02)
+    yield from until(lambda: job().properties.progress > 0.02)
     picture("running")
     seen["status"] = job().properties.status
     seen["allowed_while_running"] = [name for name, arguments in CHANGING.items() if allowed(name, arguments)]
@@ -196,8 +196,8 @@ def ticks(name: str, going) -> Iterator[float | None]:
             now = clock()
             gaps[kind].append(round(1e3 * (now - last[kind]), 1))
             last[kind] = now
-    for kind, found in gaps.items():
-        seen[f"longest_ticks_{name}{kind}"] = sorted(found, reverse=True)[:5]
+    for kind, intervals in gaps.items():
+        seen[f"longest_ticks_{name}{kind}"] = sorted(intervals, reverse=True)[:5]
 
 
 def mark_bodies() -> Iterator[float | None]:
@@ -268,7 +268,7 @@ def export() -> Iterator[float | None]:
 def quit_while_a_job_runs() -> Iterator[float | None]:
     with bpy.context.temp_override(**view()):
         bpy.ops.refmesh.run_all("INVOKE_DEFAULT", output=str(OUTPUT / "unfinished"), centers=2000, resolution=400)
-    yield from until(lambda: job().properties.share > 0.02)
+    yield from until(lambda: job().properties.progress > 0.02)
     seen["lock_at_quit"] = (OUTPUT / "unfinished" / "cache" / "lock").read_text()
     finish()
 
@@ -299,9 +299,9 @@ def press(key: str, area: bpy.types.Area) -> None:
         window.event_simulate(type=key, value=value, **place)
 
 
-def until(wanted) -> Iterator[float | None]:
+def until(condition) -> Iterator[float | None]:
     end = time.monotonic() + PATIENCE
-    while not wanted():
+    while not condition():
         if time.monotonic() > end:
             raise TimeoutError("waited too long")
         yield 0.1

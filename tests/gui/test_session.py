@@ -37,17 +37,17 @@ def session(tmp_path_factory) -> dict:
     folder = Path(os.environ.get("BLENDER_SCRATCH") or tmp_path_factory.mktemp("session"))
     shutil.rmtree(folder, ignore_errors=True)
     frames, output = folder / "frames", folder / "out"
-    for made in (frames, output):
-        made.mkdir(parents=True)
+    for folder in (frames, output):
+        folder.mkdir(parents=True)
     for number in FRAMES:
         shutil.copy(SAMPLE / f"grasp_{number:04d}.obj", frames)
     archive = [os.environ["BLENDER_ZIP"]] if "BLENDER_ZIP" in os.environ else []
     script = str(ROOT / "tests" / "gui" / "session.py")
     command = [*screen, program, "--factory-startup", "--enable-event-simulate", "-P", script, "--", str(frames), str(output), *archive]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT)
-    found = output / "session.json"
-    assert found.is_file(), ended.stdout[-2000:] + ended.stderr[-2000:]
-    seen = json.loads(found.read_text())
+    record = output / "session.json"
+    assert record.is_file(), ended.stdout[-2000:] + ended.stderr[-2000:]
+    seen = json.loads(record.read_text())
     if seen.get("lacking"):
         pytest.skip(f"this Blender's Python lacks {', '.join(seen['lacking'])}")
     return seen | {"output": output}

@@ -55,7 +55,7 @@ def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments, words",
+    "arguments, message",
     [
         ([], "--output"),
         (["box"], "--output"),
@@ -69,15 +69,15 @@ def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
         (["box", "--output", "out", "--cent", "100"], "--cent"),
     ],
 )
-def test_wrong_options_are_named_in_one_line(frames, tmp_path, arguments, words):
+def test_wrong_options_are_named_in_one_line(frames, tmp_path, arguments, message):
     done = run(*arguments, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
-    assert words in done.stderr and len(done.stderr.splitlines()) == 1
+    assert message in done.stderr and len(done.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
-    "source, extra, words",
+    "source, extra, message",
     [
         ("nothing", [], "nothing: no such file or folder"),
         ("box", ["--frames", "20-99"], "frame 99"),
@@ -85,11 +85,11 @@ def test_wrong_options_are_named_in_one_line(frames, tmp_path, arguments, words)
         ("empty", [], "no meshes found"),
     ],
 )
-def test_wrong_input_is_named_in_one_line(frames, tmp_path, source, extra, words):
+def test_wrong_input_is_named_in_one_line(frames, tmp_path, source, extra, message):
     (tmp_path / "empty").mkdir()
     done = run(source, "--output", "out", *extra, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
-    assert words in done.stderr and len(done.stderr.splitlines()) == 1
+    assert message in done.stderr and len(done.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
 
@@ -121,7 +121,8 @@ def test_arguments_after_two_dashes_are_ours(frames, tmp_path):
 
 def test_operators_alone_are_used():
     """The script reaches the add-on by operator ids, so that it serves an installed extension as well."""
-    lines = [line.strip() for line in SCRIPT.read_text().splitlines() if "refmesh_addon" in line]
+    sources = "".join(path.read_text() for path in sorted(SCRIPT.parent.glob("*.py")))
+    lines = [line.strip() for line in sources.splitlines() if "refmesh_addon" in line]
     assert lines == ["import refmesh_addon", "refmesh_addon.register()", "return refmesh_addon"]
     assert os.access(SCRIPT, os.R_OK) and bpy.app.version >= (4, 2)
 
@@ -167,8 +168,8 @@ def cache(request, tmp_path) -> Path:
 def test_an_animated_object_of_a_scene_file_is_a_sequence(cache, tmp_path):
     several = run(cache, "--output", tmp_path / "out", "--check")
     assert several.returncode == 1 and "has the mesh objects ball, box; name one of them with --object" in several.stderr
-    found = run(cache, "--object", "ball", "--output", tmp_path / "out", *TINY)
-    assert found.returncode == 0, found.stderr
+    finished = run(cache, "--object", "ball", "--output", tmp_path / "out", *TINY)
+    assert finished.returncode == 0, finished.stderr
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert [frame["number"] for frame in report["frames"]] == [1, 2, 3]
     counts = [_vertices(tmp_path / "out" / "source" / f"ball_{number:04d}.ply") for number in (1, 2, 3)]

@@ -1,4 +1,4 @@
-"""Colors of frames in every format: the right way up, from the right file, and refused in words."""
+"""Colors of frames in every format: the right way up, from the right file, and refused in message."""
 
 import os
 import struct

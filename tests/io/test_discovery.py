@@ -101,7 +101,7 @@ def test_frames_are_chosen_by_number_ends_included(folder):
 
 
 @pytest.mark.parametrize(
-    ("names", "source", "words"),
+    ("names", "source", "message"),
     [
         ([], "", "no meshes found"),
         (["readme.txt"], "", "no meshes found"),
@@ -113,9 +113,9 @@ def test_frames_are_chosen_by_number_ends_included(folder):
         (["f" + "9" * 30 + ".obj"], "", "more than 18 digits"),
     ],
 )
-def test_what_is_no_sequence_is_refused_by_name(folder, names, source, words):
+def test_what_is_no_sequence_is_refused_by_name(folder, names, source, message):
     path = folder(*names) / source
-    with pytest.raises(RefMeshError, match=words) as caught:
+    with pytest.raises(RefMeshError, match=message) as caught:
         find_sequence(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -124,7 +124,7 @@ def test_what_is_no_sequence_is_refused_by_name(folder, names, source, words):
 @pytest.mark.parametrize("choice", ["4-8", "6-11", "7", "6,99"])
 def test_numbers_that_are_not_there_are_refused(folder, choice):
     root = folder(*numbered("a{}.obj", [5, 6, 8, 9, 10]))
-    with pytest.raises(RefMeshError, match=r"--frames names frame \d+, which is not there: 'a' has 5-6, 8-10"):
+    with pytest.raises(RefMeshError, match=r"--frames names frame \d+, which is missing: 'a' has 5-6, 8-10"):
         find_sequence(root, choice)
 
 

@@ -79,10 +79,10 @@ def test_npz_gives_back_what_it_took_in_the_same_bytes(tmp_path):
 
 
 def test_json_keeps_order_and_takes_numpy(tmp_path):
-    data = {"z": np.float32(0.5), "a": np.arange(3), "path": tmp_path, "words": "Füße"}
+    data = {"z": np.float32(0.5), "a": np.arange(3), "path": tmp_path, "message": "Füße"}
     write_json(tmp_path / "a.json", data)
     text = (tmp_path / "a.json").read_text(encoding="utf-8")
-    assert list(json.loads(text).items()) == [("z", 0.5), ("a", [0, 1, 2]), ("path", str(tmp_path)), ("words", "Füße")]
+    assert list(json.loads(text).items()) == [("z", 0.5), ("a", [0, 1, 2]), ("path", str(tmp_path)), ("message", "Füße")]
     assert "Füße" in text
 
 

@@ -1,7 +1,7 @@
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.io.frame_range import FrameRange, as_choice, in_words, parse_ranges
+from refmesh_addon.io.frame_range import FrameRange, format_ranges, format_selection, parse_ranges
 
 
 def test_ranges_are_read_as_written():
@@ -26,21 +26,21 @@ def test_a_falling_range_is_refused_with_the_right_one():
 
 
 @pytest.mark.parametrize(
-    ("numbers", "words"), [([], ""), ([4], "4"), ([7, 5, 6, 9], "5-7, 9"), (range(0, 40, 2), "0, 2, 4, 6, 8, ..., 38")]
+    ("numbers", "message"), [([], ""), ([4], "4"), ([7, 5, 6, 9], "5-7, 9"), (range(0, 40, 2), "0, 2, 4, 6, 8, ..., 38")]
 )
-def test_numbers_in_words(numbers, words):
-    assert in_words(numbers) == words
+def test_numbers_as_ranges(numbers, message):
+    assert format_ranges(numbers) == message
 
 
 def test_words_read_back_give_the_numbers():
     numbers = [1, 2, 3, 7, 9, 10]
-    ranges = parse_ranges(in_words(numbers))
+    ranges = parse_ranges(format_ranges(numbers))
     assert [number for number in range(20) if any(number in item for item in ranges)] == numbers
 
 
 def test_a_choice_among_numbers_comes_back_as_text():
     everything = [6, 7, 8, 10, 11, 20]
     for chosen, text in (([6, 7, 8, 10], "6-10"), ([7, 11, 20], "7,11-20"), ([], ""), (everything, "6-20")):
-        assert as_choice(chosen, everything) == text
+        assert format_selection(chosen, everything) == text
         ranges = parse_ranges(text)
         assert [number for number in everything if any(number in item for item in ranges)] == chosen

@@ -1,4 +1,4 @@
-"""Pictures of every kind become eight-bit red, green and blue, or are refused in words."""
+"""Pictures of every kind become eight-bit red, green and blue, or are refused in message."""
 
 import numpy as np
 import pytest

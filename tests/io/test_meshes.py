@@ -85,7 +85,7 @@ def test_damaged_bytes_give_a_mesh_or_a_refusal(ball, kind):
 
 
 @pytest.mark.parametrize(
-    ("body", "words"),
+    ("body", "message"),
     [
         ("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", r"1 vertices have coordinates that are not finite numbers \(the first is vertex 3\)"),
         ("v 0 0 0\nv inf 0 0\nv 0 -inf 0\nf 1 2 3\n", "2 vertices have coordinates that are not finite"),
@@ -100,10 +100,10 @@ def test_damaged_bytes_give_a_mesh_or_a_refusal(ball, kind):
         ("", "the file is empty"),
     ],
 )
-def test_meshes_that_no_stage_could_use_are_refused_by_name(tmp_path, body, words):
+def test_meshes_that_no_stage_could_use_are_refused_by_name(tmp_path, body, message):
     path = tmp_path / "scan_0012.obj"
     path.write_text(body)
-    with pytest.raises(RefMeshError, match=words) as caught:
+    with pytest.raises(RefMeshError, match=message) as caught:
         read_mesh(path)
     assert str(caught.value).startswith(str(path))
 

@@ -55,9 +55,9 @@ def test_indices_that_point_nowhere_stay_outside(index):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
-        ("just some words\nabout meshes\n", "no vertices; is it really an OBJ"),
+        ("just some message\nabout meshes\n", "no vertices; is it really an OBJ"),
         ("v 0 0 0\nv 1 0\nf 1 2 1\n", "line 2 is not a vertex"),
         ("v 0 0 0\nv 1 0,5 0\nf 1 2 1\n", "line 2 is not a vertex with three coordinates: 'v 1 0,5 0'"),
         (SQUARE + "f 1 2 3\nf 1 2\n", "line 6 is a face with fewer than three corners"),
@@ -67,8 +67,8 @@ def test_indices_that_point_nowhere_stay_outside(index):
         (SQUARE + "v 5 5 5\nf 1 2 3\nf 1 3 4", "seems truncated: no face uses 1 of its 5 vertices"),
     ],
 )
-def test_what_is_no_whole_obj_is_refused_in_words(text, words):
-    with pytest.raises(ValueError, match=words):
+def test_what_is_not_a_complete_obj_is_refused(text, message):
+    with pytest.raises(ValueError, match=message):
         parse_obj(text.encode())
 
 

@@ -40,10 +40,10 @@ def test_samples_are_taken_one_at_a_time(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("points", "count", "words"), [(6, 4, r"sample 0 must be \(6, 3\)"), (7, 5, "count is 5, but 4"), (7, 3, "count is 3, but 4")]
+    ("points", "count", "message"), [(6, 4, r"sample 0 must be \(6, 3\)"), (7, 5, "count is 5, but 4"), (7, 3, "count is 3, but 4")]
 )
-def test_samples_that_are_not_as_announced_are_refused(tmp_path, points, count, words):
-    with pytest.raises(ValueError, match=words):
+def test_samples_that_are_not_as_announced_are_refused(tmp_path, points, count, message):
+    with pytest.raises(ValueError, match=message):
         write_pc2(tmp_path / "a.pc2", iter(SAMPLES), points, count)
     assert not list(tmp_path.iterdir())
 
@@ -51,9 +51,9 @@ def test_samples_that_are_not_as_announced_are_refused(tmp_path, points, count, 
 def test_a_broken_cache_is_refused_by_name(cache):
     data = cache.read_bytes()
     truncated, foreign = "is truncated", "is not a PC2"
-    for broken, words in ((data[:-1], truncated), (data[:20], foreign), (b"PNG" + data[3:], foreign), (data + b"\0", truncated)):
+    for broken, message in ((data[:-1], truncated), (data[:20], foreign), (b"PNG" + data[3:], foreign), (data + b"\0", truncated)):
         cache.write_bytes(broken)
-        with pytest.raises(RefMeshError, match=rf"a\.pc2: .*{words}"):
+        with pytest.raises(RefMeshError, match=rf"a\.pc2: .*{message}"):
             pc2_shape(cache)
     cache.unlink()
     with pytest.raises(RefMeshError, match="cannot be read"):

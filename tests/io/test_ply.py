@@ -45,7 +45,7 @@ def test_a_file_without_velocities_says_what_to_do(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "damage, words",
+    "damage, message",
     [
         (lambda path: path.unlink(), "cannot be read"),
         (lambda path: path.write_bytes(b""), "holds no colors"),
@@ -54,11 +54,11 @@ def test_a_file_without_velocities_says_what_to_do(tmp_path):
         (lambda path: path.write_text("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n"), "holds no colors"),
     ],
 )
-def test_what_has_no_colors_is_refused(tmp_path, damage, words):
+def test_what_has_no_colors_is_refused(tmp_path, damage, message):
     mesh = ball(1)
     write_ply(tmp_path / "a.ply", mesh, np.zeros((len(mesh.vertices), 4), np.uint8))
     damage(tmp_path / "a.ply")
-    with pytest.raises(RefMeshError, match=words):
+    with pytest.raises(RefMeshError, match=message):
         read_colors(tmp_path / "a.ply")
 
 
@@ -66,9 +66,9 @@ def test_what_has_no_colors_is_refused(tmp_path, damage, words):
 def test_surfaces_come_back_as_the_reader_of_all_formats_has_them(tmp_path, colored, moving):
     mesh = ball(1)
     write_ply(tmp_path / "a.ply", mesh, np.zeros((len(mesh.vertices), 4), np.uint8) if colored else None, mesh.vertices if moving else None)
-    found, expected = read_surface(tmp_path / "a.ply"), read_mesh(tmp_path / "a.ply")
-    np.testing.assert_array_equal(found.vertices, expected.vertices)
-    np.testing.assert_array_equal(found.triangles, expected.triangles)
+    stored, expected = read_surface(tmp_path / "a.ply"), read_mesh(tmp_path / "a.ply")
+    np.testing.assert_array_equal(stored.vertices, expected.vertices)
+    np.testing.assert_array_equal(stored.triangles, expected.triangles)
 
 
 @pytest.mark.parametrize("size", [0, 10, 300, -1])

@@ -75,17 +75,17 @@ def test_a_figure_that_is_not_finite_is_an_error(tmp_path, change):
 
 
 def test_versions_are_those_in_use():
-    found = versions()
-    assert found["numpy"] == np.__version__
-    assert found["scipy"] == scipy.__version__
-    assert {"refmesh", "python", "trimesh"} <= found.keys()
+    present = versions()
+    assert present["numpy"] == np.__version__
+    assert present["scipy"] == scipy.__version__
+    assert {"refmesh", "python", "trimesh"} <= present.keys()
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [(None, "no report there"), ("{", "damaged"), ("[]", "damaged"), ('{"schema": 0}', "another version")]
+    ("text", "message"), [(None, "no report there"), ("{", "damaged"), ("[]", "damaged"), ('{"schema": 0}', "another version")]
 )
-def test_reports_that_cannot_be_used_are_refused_by_name(tmp_path, text, words):
+def test_reports_that_cannot_be_used_are_refused_by_name(tmp_path, text, message):
     if text is not None:
         (tmp_path / "report.json").write_text(text)
-    with pytest.raises(RefMeshError, match=rf"report\.json: .*{words}"):
+    with pytest.raises(RefMeshError, match=rf"report\.json: .*{message}"):
         read_report(tmp_path)

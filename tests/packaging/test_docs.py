@@ -41,7 +41,7 @@ def test_modules_that_are_run_are_there(page):
 
 def test_options_of_the_command_line_are_there():
     """An option is a setting, a property of an operator, or one that the script itself adds."""
-    sources = "".join(path.read_text() for path in [ROOT / "headless" / "run.py", *ROOT.glob("refmesh_addon/operators/*.py")])
+    sources = "".join(path.read_text() for path in [*ROOT.glob("headless/*.py"), *ROOT.glob("refmesh_addon/operators/*.py")])
     settings = {item.name for item in flat_fields()}
     page = (ROOT / "docs" / "headless.md").read_text()
     for option in re.findall(r"^\| .*?`--([a-z-]+)", page, flags=re.MULTILINE):

@@ -34,6 +34,4 @@ def _copy_samples(cache: Path, target: Path, samples: list[int]) -> Path:
     return target
 
 
-FORMAT = Format(
-    "pc2", "Point Cache (PC2)", (".pc2",), write=write, contents="Reference mesh (PLY) and point cache (PC2) of each group"
-)
+FORMAT = Format("pc2", "Point Cache (PC2)", (".pc2",), write=write, contents="Reference mesh (PLY) and point cache (PC2) of each group")

@@ -22,10 +22,10 @@ from ..scene.meshes import COLOR_NAME, fill_mesh, read_positions, set_colors
 from ..sequence.raw_sequence import frame_at, read_frame
 from .studio import add, draw_bar, render, studio, write
 
-# A look from the front, a little from the side and from above, as the turn of a camera.
+# Camera rotation: from the front, a little from the side and from above.
 VIEW = Euler((pi / 2 - 0.2, 0.0, 0.45))
 GAP = 0.15  # between two meshes, as a share of the widest
-LINE = 0.018  # height of the words, as a share of the width of the picture
+LINE = 0.018  # height of a line of text, as a share of the width of the picture
 PLAIN_COLOR = (0.55, 0.56, 0.58, 1.0)  # a deformed mesh without error colors
 
 
@@ -38,21 +38,21 @@ def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, tar
     group, deformed = _results_of(int(frame.name), results)
     output_folder(target.parent)
     with studio() as scene:
-        words = [f"source, frame {frame.name}", f"reference of group {group['index']}"]
+        labels = [f"source, frame {frame.name}", f"reference of group {group['index']}"]
         actors = [
             _actor(scene, read_frame(bpy.path.abspath(frame.path), results), plain_material("RefMesh Source", SOURCE_COLOR)),
             _actor(scene, read_surface(results / group["reference"]), plain_material("RefMesh Reference", REFERENCE_COLOR)),
         ]
         if deformed:
             actors.append(_read_colored(scene, results / deformed))
-            words.append("deformed")
+            labels.append("deformed")
         low, high = _line_up(actors, VIEW.to_matrix().transposed() @ owner.refmesh.root.matrix_world.to_3x3())
-        low = _write_words(scene, actors, words, low, high)
+        low = _write_labels(scene, actors, labels, low, high)
         render(scene, low, high, target, width)
 
 
 def _results_of(number: int, results: Path) -> tuple[dict, str]:
-    """Group of a frame and the path of its deformed mesh, "" where there is none yet."""
+    """Group of a frame and the path of its deformed mesh; "" where there is none yet."""
     report = read_report(results)
     group = next((group for group in report["groups"] if number in group["frames"]), None)
     if group is None:
@@ -80,7 +80,7 @@ def _has_colors(actor: bpy.types.Object) -> bool:
 
 
 def _line_up(actors: list[bpy.types.Object], turn: Matrix) -> tuple[np.ndarray, np.ndarray]:
-    """Puts the actors in a row on one ground line; gives the corners of the box around them, (3,) each."""
+    """Places the actors in a row at the same height; returns the corners of the box around them, (3,) each."""
     boxes = []
     for actor in actors:
         turned = read_positions(actor.data) @ np.array(turn).T
@@ -96,10 +96,10 @@ def _line_up(actors: list[bpy.types.Object], turn: Matrix) -> tuple[np.ndarray, 
     return np.array([-gap, 0.0, -depth]), np.array([lefts[-1] + sizes[-1, 0] + gap, sizes[:, 1].max() + gap, depth])
 
 
-def _write_words(scene: bpy.types.Scene, actors: list, words: list[str], low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """A line below each actor, and below the last one the scale of its colors; gives the new lower corner of the picture."""
+def _write_labels(scene: bpy.types.Scene, actors: list, labels: list[str], low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """A label below each actor, and below the last one its color scale; returns the new lower corner of the picture."""
     line = LINE * (high[0] - low[0])
-    for actor, text in zip(actors, words, strict=True):
+    for actor, text in zip(actors, labels, strict=True):
         write(scene, text, (_middle(actor), -line), line)
     if _has_colors(actors[-1]):
         _draw_scale(scene, _middle(actors[-1]), -3 * line, line)

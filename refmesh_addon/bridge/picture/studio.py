@@ -1,6 +1,6 @@
-"""A scene of its own for one picture: light, background, words and an orthographic camera that looks down -Z.
+"""A separate scene for one picture: light, background, labels and an orthographic camera that looks down -Z.
 
-Everything is placed in the camera's coordinates: x to the right, y up, z toward the eye.
+Everything is placed in the camera's coordinates: x to the right, y up, z toward the viewer.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
-from ..scene.materials import enable_nodes, glowing_material
+from ..scene.materials import emission_material, enable_nodes
 from ..scene.meshes import COLOR_NAME, fill_mesh, set_colors
 from ..scene.objects import remove_object
 
@@ -31,7 +31,7 @@ SUN_TURN = (-0.6, 0.5, 0.0)  # from the upper left, over the viewer's shoulder
 
 @contextmanager
 def studio() -> Iterator[bpy.types.Scene]:
-    """An empty scene with light; it and all that is in it are removed after the block."""
+    """An empty scene with light; the scene and its contents are removed after the block."""
     scene = bpy.data.scenes.new("RefMesh preview")
     scene.world = bpy.data.worlds.new("RefMesh preview")
     light = bpy.data.lights.new("RefMesh sun", "SUN")
@@ -55,21 +55,21 @@ def studio() -> Iterator[bpy.types.Scene]:
 
 def add(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.types.Object:
     """An object for `data` in the scene."""
-    made = bpy.data.objects.new(name, data)
-    scene.collection.objects.link(made)
-    return made
+    member = bpy.data.objects.new(name, data)
+    scene.collection.objects.link(member)
+    return member
 
 
-def write(scene: bpy.types.Scene, words: str, place: tuple[float, float], size: float) -> None:
-    """Words, centered below `place`; `size` is the height of a line, scene units."""
-    text = bpy.data.curves.new(words, "FONT")
-    text.body, text.size, text.align_x, text.align_y = words, size, "CENTER", "TOP"
-    text.materials.append(glowing_material("RefMesh Ink", INK))
-    add(scene, words, text).location = (*place, 0.0)
+def write(scene: bpy.types.Scene, text: str, place: tuple[float, float], size: float) -> None:
+    """Adds text, centered below `place`; `size` is the height of a line, scene units."""
+    curve = bpy.data.curves.new(text, "FONT")
+    curve.body, curve.size, curve.align_x, curve.align_y = text, size, "CENTER", "TOP"
+    curve.materials.append(emission_material("RefMesh Ink", INK))
+    add(scene, text, curve).location = (*place, 0.0)
 
 
 def draw_bar(scene: bpy.types.Scene, corner: tuple[float, float], size: tuple[float, float], colors: np.ndarray) -> None:
-    """A horizontal band of colors with its lower left at `corner`; colors (N, 4) linear, from left to right."""
+    """Adds a horizontal color bar with its lower left at `corner`; colors (N, 4) linear, from left to right."""
     across = np.linspace(corner[0], corner[0] + size[0], len(colors))
     rows = [np.column_stack([across, np.full_like(across, height), np.zeros_like(across)]) for height in (corner[1], corner[1] + size[1])]
     first = np.arange(len(colors) - 1)
@@ -78,14 +78,14 @@ def draw_bar(scene: bpy.types.Scene, corner: tuple[float, float], size: tuple[fl
     bar = bpy.data.meshes.new("RefMesh scale")
     fill_mesh(bar, TriangleMesh(np.concatenate(rows), triangles))
     set_colors(bar, np.concatenate([colors, colors]))
-    bar.materials.append(glowing_material("RefMesh Scale", attribute=COLOR_NAME))
+    bar.materials.append(emission_material("RefMesh Scale", attribute=COLOR_NAME))
     add(scene, "RefMesh scale", bar)
 
 
 def render(scene: bpy.types.Scene, low: np.ndarray, high: np.ndarray, target: Path, pixels: int) -> None:
     """Renders the box from `low` to `high`, (3,) each, to a PNG, `pixels` wide, that is complete or absent.
 
-    Raises RefMeshError when Cycles is not there or the file cannot be written.
+    Raises RefMeshError when Cycles is not enabled or the file cannot be written.
     """
     width, height, depth = high - low
     camera = scene.camera
@@ -100,7 +100,7 @@ def render(scene: bpy.types.Scene, low: np.ndarray, high: np.ndarray, target: Pa
     settings.filepath = str(partial)
     try:
         bpy.ops.render.render(write_still=True, scene=scene.name)
-        if not partial.read_bytes().endswith(PNG_END):  # Blender says nothing of a disk that was full
+        if not partial.read_bytes().endswith(PNG_END):  # Blender reports no error when the disk is full
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         os.replace(partial, target)
     except (RuntimeError, OSError) as error:
@@ -113,13 +113,13 @@ def _light(scene: bpy.types.Scene, light: bpy.types.Light) -> None:
     enable_nodes(scene.world)
     sky = next(node for node in scene.world.node_tree.nodes if node.type == "BACKGROUND")
     sky.inputs["Color"].default_value = BACKGROUND
-    _shine_less_than_seen(scene.world.node_tree, sky)
+    _dim_for_lighting(scene.world.node_tree, sky)
     light.energy, light.angle = SUN_STRENGTH, SUN_ANGLE
     add(scene, "RefMesh sun", light).rotation_euler = SUN_TURN
 
 
-def _shine_less_than_seen(tree: bpy.types.NodeTree, sky: bpy.types.ShaderNode) -> None:
-    """The camera sees the background as it is; its light is weaker, so that the sun can model the shapes."""
+def _dim_for_lighting(tree: bpy.types.NodeTree, sky: bpy.types.ShaderNode) -> None:
+    """The camera sees the background as it is; its light is weaker, so that the sun can shade the shapes."""
     path, strength = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMapRange")
     strength.inputs["To Min"].default_value = SKY_STRENGTH
     tree.links.new(path.outputs["Is Camera Ray"], strength.inputs["Value"])
@@ -132,6 +132,6 @@ def _use_cycles(scene: bpy.types.Scene) -> None:
     except TypeError as error:
         raise RefMeshError("the preview is rendered with Cycles: enable the add-on 'Cycles Render Engine' in the preferences") from error
     scene.cycles.samples, scene.cycles.device = SAMPLES, "CPU"
-    scene.cycles.use_denoising = False  # not in every build, and it would need more time than it saves
+    scene.cycles.use_denoising = False  # not in every build, and it would take more time than it saves
     scene.cycles.max_bounces = 2
     scene.view_settings.view_transform = "Standard"  # colors of the error scale as they are

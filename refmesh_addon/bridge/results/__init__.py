@@ -1,1 +1,1 @@
-"""What a run made, in the scene."""
+"""Results of a run in the scene."""

@@ -1,4 +1,4 @@
-"""Colors of the centers by what a person chooses: kept as attributes, so that a saved scene can change them too."""
+"""Colors of the centers by an attribute, which is stored on the points, so that a saved scene can switch to another."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import numpy as np
 from ...core.evaluation.error_scale import TABLE, to_linear
 from ..scene.meshes import set_colors
 
-GOLDEN = 0.618034  # turns of the color circle from one body to the next: neighbors in number never look alike
-BRIGHT = 95.0  # percentile at the bright end, so that a few strays do not darken the rest
-DARKEST, BRIGHTEST = 0.05, 0.9  # linear; no point is black or glares
+GOLDEN = 0.618034  # golden ratio: turns of the color circle from one body to the next, so that consecutive numbers never look alike
+BRIGHT = 95.0  # percentile at the bright end, so that a few outliers do not darken the rest
+DARKEST, BRIGHTEST = 0.05, 0.9  # linear; no point is black or overexposed
 
 
-def note_figures(centers: bpy.types.Object, figures: dict[str, np.ndarray]) -> None:
-    """Keeps each (C,) figure as an attribute of the points."""
-    for name, values in figures.items():
+def set_attributes(centers: bpy.types.Object, attributes: dict[str, np.ndarray]) -> None:
+    """Stores (C,) values under each name as an attribute of the points."""
+    for name, values in attributes.items():
         attribute = centers.data.attributes.get(name) or centers.data.attributes.new(name, "FLOAT", "POINT")
         attribute.data.foreach_set("value", values.astype(np.float32))
 
 
 def color_centers(centers: bpy.types.Object, choice: str, positions: np.ndarray) -> str:
-    """Colors the points by an attribute, or by their place at (C, 3) `positions`; gives the range in words."""
+    """Colors the points by an attribute, or by their (C, 3) `positions`; returns a description of the range."""
     attribute = centers.data.attributes.get(choice.lower())
     if attribute is None:
         set_colors(centers.data, colors_by_place(positions))
@@ -37,7 +37,7 @@ def color_centers(centers: bpy.types.Object, choice: str, positions: np.ndarray)
 
 
 def colors_by_place(positions: np.ndarray) -> np.ndarray:
-    """(C, 4) linear colors: x, y and z as red, green and blue, so that one can see what went where."""
+    """(C, 4) linear colors: x, y and z as red, green and blue, to see which part moved where."""
     low, extent = positions.min(axis=0), np.ptp(positions, axis=0)
     shares = (positions - low) / np.where(extent > 0, extent, 1.0)
     return np.column_stack([DARKEST + (BRIGHTEST - DARKEST) * shares, np.ones(len(positions))])

@@ -1,4 +1,4 @@
-"""Tracked centers as an animated cloud of points that plays and renders without the add-on.
+"""Tracked centers as an animated point cloud that plays and renders without the add-on.
 
 A vertex-only mesh takes the PC2 cache and Geometry Nodes turn its vertices into points: real point clouds cannot be
 filled from Python before Blender 5.1.
@@ -16,37 +16,42 @@ from ..scene.materials import attribute_material
 from ..scene.meshes import COLOR_NAME, fill_points, read_positions
 from ..scene.objects import new_member
 from ..scene.playback import CACHE_NAME, play_cache
-from .center_colors import color_centers, note_figures
+from .center_colors import color_centers, set_attributes
 
 NODES_NAME = "RefMesh Points"
-RADIUS_SHARE = 0.25  # of the center spacing: points stay apart, and what lies behind them can be seen
+RADIUS_SHARE = 0.25  # of the center spacing: points do not touch, and what lies behind them stays visible
 
 
 def show_centers(
-    owner: bpy.types.Object, positions: np.ndarray, cache: Path, first_scene_frame: int, apart: float, figures: dict[str, np.ndarray]
+    owner: bpy.types.Object,
+    positions: np.ndarray,
+    cache: Path,
+    first_scene_frame: int,
+    center_spacing: float,
+    attributes: dict[str, np.ndarray],
 ) -> None:
-    """Makes or refreshes the centers of the sequence object `owner`.
+    """Creates or updates the centers of the sequence object `owner`.
 
     positions : (C, 3), the centers in the first frame.  cache : PC2 file with one sample per scene frame.
-    apart : usual distance of neighbors.  figures : name -> (C,) what the centers can be colored by.
+    center_spacing : usual distance of neighbors.  attributes : name -> (C,) values that the centers can be colored by.
     """
     state = owner.refmesh
     if state.centers is None:
         state.centers = new_member(state.root, f"{state.root.name} centers", _material())
         state.centers.refmesh.sequence = owner
-        state.centers.show_in_front = True  # where all is in one place, they would be hidden inside the source
+        state.centers.show_in_front = True  # else hidden inside the source where all is in one place
     centers = state.centers
     fill_points(centers.data, positions)
-    note_figures(centers, figures)
+    set_attributes(centers, attributes)
     play_cache(centers, cache, first_scene_frame)
     playing = centers.modifiers[CACHE_NAME]
-    playing.show_in_editmode = playing.show_on_cage = True  # centers are selected where they are in the shown frame
-    state.center_spacing = apart
+    playing.show_in_editmode = playing.show_on_cage = True  # centers can be selected at their positions in the current frame
+    state.center_spacing = center_spacing
     restyle_centers(owner)
 
 
 def restyle_centers(owner: bpy.types.Object) -> None:
-    """Draws the centers in the size and the colors that the panel asks for."""
+    """Draws the centers in the size and the colors that are set in the panel."""
     state = owner.refmesh
     if state.centers is not None:
         state.center_range = color_centers(state.centers, state.center_color, read_positions(state.centers.data))
@@ -54,19 +59,19 @@ def restyle_centers(owner: bpy.types.Object) -> None:
 
 
 def center_radius(owner: bpy.types.Object) -> float:
-    """At which the centers are drawn, in the units of the files."""
+    """Radius at which the centers are drawn, in the units of the files."""
     return RADIUS_SHARE * owner.refmesh.center_size * owner.refmesh.center_spacing
 
 
 def selected_centers(centers: bpy.types.Object) -> np.ndarray:
-    """Indices of the centers that are selected, as edit mode was left."""
+    """Indices of the centers that were selected when edit mode was left."""
     selected = np.zeros(len(centers.data.vertices), dtype=bool)
     centers.data.vertices.foreach_get("select", selected)
     return np.flatnonzero(selected)
 
 
 def deselect_centers(centers: bpy.types.Object) -> None:
-    """So that the next choice begins with none."""
+    """Deselects all centers, so that the next selection starts empty."""
     centers.data.vertices.foreach_set("select", np.zeros(len(centers.data.vertices), dtype=bool))
     centers.data.update()
 

@@ -14,7 +14,7 @@ from ..scene.playback import play_cache, show_only_between
 
 
 def resize_groups(owner: bpy.types.Object, count: int) -> None:
-    """Drops the objects of groups beyond `count` and adds places for those that are missing."""
+    """Removes the objects of groups beyond `count` and adds empty groups up to it."""
     groups = owner.refmesh.groups
     while len(groups) > count:
         remove_object(groups[-1].reference)
@@ -25,7 +25,7 @@ def resize_groups(owner: bpy.types.Object, count: int) -> None:
 
 
 def show_reference(owner: bpy.types.Object, index: int, mesh: PreviewMesh) -> None:
-    """Makes or refreshes the reference object of one group."""
+    """Creates or updates the reference object of one group."""
     group = owner.refmesh.groups[index]
     if group.reference is None:
         group.reference = _new_group_object(owner, f"reference {index:03d}", plain_material("RefMesh Reference", REFERENCE_COLOR))
@@ -33,7 +33,7 @@ def show_reference(owner: bpy.types.Object, index: int, mesh: PreviewMesh) -> No
 
 
 def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache: Path) -> None:
-    """Makes or refreshes the deformed object of one group, which plays the PC2 file `cache` on the reference mesh."""
+    """Creates or updates the deformed object of one group, which plays the PC2 file `cache` on the reference mesh."""
     group = owner.refmesh.groups[index]
     if group.deformed is None:
         group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material())
@@ -42,15 +42,14 @@ def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache:
 
 
 def deformed_material() -> bpy.types.Material:
-    """Of deformed meshes that show no errors."""
+    """The material of deformed meshes that show no errors."""
     return plain_material("RefMesh Deformed", DEFORMED_COLOR)
 
 
 def spans(owner: bpy.types.Object) -> list[tuple[int | None, int | None]]:
-    """For each group the scene frame it is shown from and the one it ends before; None where an end is held."""
-    starts = [group.start for group in owner.refmesh.groups]
-    firsts, ends = [None, *starts[1:]], [*starts[1:], None]
-    return [(first, end) for _, first, end in zip(starts, firsts, ends)]
+    """For each group the scene frame it is shown from and the one it ends before; None before the first and after the last."""
+    starts = [group.start for group in owner.refmesh.groups][1:]
+    return list(zip([None, *starts], [*starts, None])) if owner.refmesh.groups else []
 
 
 def show_in_turn(owner: bpy.types.Object, index: int) -> None:
@@ -79,7 +78,7 @@ def remove_deformed(owner: bpy.types.Object) -> None:
         remove_object(group.deformed)
 
 
-def _new_group_object(owner: bpy.types.Object, words: str, material: bpy.types.Material) -> bpy.types.Object:
-    made = new_member(owner.refmesh.root, f"{owner.refmesh.root.name} {words}", material)
-    made.refmesh.sequence = owner
-    return made
+def _new_group_object(owner: bpy.types.Object, label: str, material: bpy.types.Material) -> bpy.types.Object:
+    member = new_member(owner.refmesh.root, f"{owner.refmesh.root.name} {label}", material)
+    member.refmesh.sequence = owner
+    return member

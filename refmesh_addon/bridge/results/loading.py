@@ -3,48 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from zipfile import BadZipFile
 
 import bpy
 import numpy as np
 
-from ...core.errors import RefMeshError
-from ...core.findings import CENTER_ATTRIBUTES
 from ...core.settings import Settings, flat_fields
-from ...io.files import CENTERS_NAME, read_npz
-from ...io.frame_range import as_choice, parse_ranges
-from ...io.ply import read_surface
-from ...io.preview import PreviewMesh
-from ...io.report import read_report
+from ...io.frame_range import format_selection, parse_ranges
 from ..scene.markers import show_markers
-from ..scene.playback import check_cache
-from .centers import show_centers, spacing
+from .centers import show_centers
 from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
 from .heat_map import switch_heat_map
+from .reading import Results
 from .status import used_settings
 
 STAGES = tuple(stage.name for stage in fields(Settings))
 SIDE_STEP = 1.25  # distance of source, centers, reference and result, in widths of the whole motion: they never overlap
 
-Part = Callable[[bpy.types.Object], None]
-
-
-@dataclass(frozen=True)
-class Results:
-    """What an output folder holds, read and checked.
-
-    positions : (F, C, 3) centers, `spacing` apart.  attributes : of each center.  meshes : of each group.
-    """
-
-    folder: Path
-    report: dict
-    positions: np.ndarray
-    spacing: float
-    attributes: dict[str, np.ndarray]
-    meshes: list[PreviewMesh]
+SceneUpdate = Callable[[bpy.types.Object], None]
 
 
 def known_frames(owner: bpy.types.Object) -> dict[int, int]:
@@ -52,30 +30,10 @@ def known_frames(owner: bpy.types.Object) -> dict[int, int]:
     return {int(frame.name): frame.scene_frame for frame in owner.refmesh.frames}
 
 
-def read_results(folder: Path, known: dict[int, int]) -> Results:
-    """All that `parts` shows; touches nothing of Blender, so that a thread may do it.
+def scene_updates(results: Results) -> Iterator[SceneUpdate]:
+    """Functions that show the results one after the other, each in some hundredths of a second.
 
-    known : number of each frame of the sequence -> scene frame. Raises RefMeshError, naming the file, when results are missing,
-    broken, or of another sequence.
-    """
-    report = read_report(folder)
-    strangers = [number for number in report["sequence"]["numbers"] if number not in known]
-    if strangers:
-        raise RefMeshError(
-            f"{folder / 'report.json'}: has frame {strangers[0]}, which this sequence has not; choose the results of this sequence"
-        )
-    centers = read_centers(folder)
-    positions = centers["positions"]
-    check_cache(folder / report["centers_playback"], positions.shape[1])
-    apart = report["tracking"].get("center_spacing") or spacing(positions[0])
-    attributes = {name: centers[name] for name in CENTER_ATTRIBUTES if name in centers}
-    return Results(folder, report, positions, apart, attributes, _read_references(folder, report["groups"]))
-
-
-def parts(results: Results) -> Iterator[Part]:
-    """The work of showing results, cut into pieces of some hundredths of a second. Each is called with the sequence object.
-
-    It is asked for anew for every piece, so that an undo in between does no harm.
+    Each takes the sequence object, which the caller looks up anew every time, since an undo in between replaces it.
     """
     groups = results.report["groups"]
     yield lambda owner: _show_centers(owner, results)
@@ -87,7 +45,7 @@ def parts(results: Results) -> Iterator[Part]:
     if not all(group.get("playback") for group in groups):
         yield remove_deformed
     yield from (partial(show_in_turn, index=index) for index in range(len(groups)))
-    yield lambda owner: _note_state(owner, results)
+    yield lambda owner: _update_state(owner, results)
     yield _show_current_frame
 
 
@@ -108,32 +66,12 @@ def _show_deformed(owner: bpy.types.Object, results: Results, index: int) -> Non
 
 
 def _show_current_frame(owner: bpy.types.Object) -> None:
-    """What was keyed takes effect: only the group of the current frame is seen."""
+    """Evaluates the new keyframes, so that only the group of the current frame is visible."""
     for scene in owner.users_scene:
         scene.frame_set(scene.frame_current)
 
 
-def read_centers(folder: Path) -> dict[str, np.ndarray]:
-    """What tracking left in an output folder: `frames`, `positions` and the attributes of the centers. Raises RefMeshError."""
-    path = folder / CENTERS_NAME
-    try:
-        arrays = read_npz(path)
-        if "frames" not in arrays or arrays["positions"].ndim != 3:
-            raise ValueError("it holds no centers")
-        return arrays
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
-        raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
-
-
-def _read_references(folder: Path, groups: list[dict]) -> list[PreviewMesh]:
-    meshes = [PreviewMesh.of(read_surface(folder / group["reference"])) for group in groups]
-    for group, mesh in zip(groups, meshes):
-        if group.get("playback"):
-            check_cache(folder / group["playback"], len(mesh.vertices))
-    return meshes
-
-
-def _note_state(owner: bpy.types.Object, results: Results) -> None:
+def _update_state(owner: bpy.types.Object, results: Results) -> None:
     state, report = owner.refmesh, results.report
     if Path(bpy.path.abspath(state.output)) != results.folder:
         state.output = str(results.folder)
@@ -155,13 +93,13 @@ def _note_state(owner: bpy.types.Object, results: Results) -> None:
     state.missing = ""
     state.heat_map = state.heat_map and bool(measured)
     switch_heat_map(owner)
-    state.done = {stage for stage, there in zip(STAGES, reached, strict=True) if there}
+    state.done = {stage for stage, is_reached in zip(STAGES, reached, strict=True) if is_reached}
 
 
 def _selection(state, numbers: list[int]) -> str:
-    """The choice of frames that gives these numbers; the one that stands there already where it does."""
+    """The selection that gives these numbers; the present one is kept when it already does."""
     everything = [int(frame.name) for frame in state.frames]
     chosen = parse_ranges(state.frame_selection)
     if numbers == [number for number in everything if not chosen or any(number in item for item in chosen)]:
         return state.frame_selection
-    return as_choice(numbers, everything)
+    return format_selection(numbers, everything)

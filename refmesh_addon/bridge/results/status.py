@@ -1,4 +1,4 @@
-"""What each step will use, and whether its results still belong to the settings of the panel."""
+"""Whether the results of each step are up to date with the settings of the panel."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass, fields
 from ...core.settings import Settings
 
 STAGES = {stage.name: [setting.name for setting in fields(type(stage.default))] for stage in fields(Settings)}
-WORDS = {"tracking": "Track", "reference": "Reference", "deformation": "Deform", "evaluation": "Measure Distance"}
+STEP_NAMES = {"tracking": "Track", "reference": "Reference", "deformation": "Deform", "evaluation": "Measure Distance"}
 
 
 @dataclass(frozen=True)
 class StepStatus:
-    """kind : "never", "current" or "stale".  words : in one line.  seconds : that the step took, 0 where unknown."""
+    """kind : "never", "current" or "stale".  text : one line about it.  seconds : that the step took, 0 where unknown."""
 
     kind: str
-    words: str
+    text: str
     seconds: float = 0.0
 
 
 def used_settings(state, seconds: dict[str, float], settings: dict[str, object]) -> str:
-    """What results were made with, as text for `state.results`.
+    """How results were computed, as JSON for `state.results`.
 
-    seconds : of each step in the last run. A step that only took its results from the cache keeps the time it had before.
+    seconds : of each step in the last run. A step whose results came from the cache keeps its earlier time.
     """
     before = _results(state)
     same = [name for name in seconds if _first_change(before, name, settings, state.frame_selection) == "" and name in state.done]
@@ -32,7 +32,7 @@ def used_settings(state, seconds: dict[str, float], settings: dict[str, object])
 
 
 def step_status(state, stage: str) -> StepStatus:
-    """Of one stage of a sequence, by the settings that the panel shows now."""
+    """The status of one stage, by the settings that the panel shows now."""
     if stage not in state.done:
         return StepStatus("never", "not run yet")
     results = _results(state)
@@ -43,10 +43,10 @@ def step_status(state, stage: str) -> StepStatus:
 
 
 def first_to_run(state, stage: str) -> str:
-    """The step that a job up to `stage` has to begin with, in words; "" when nothing is left to do."""
+    """Name of the step that a job up to `stage` begins with; "" when all are up to date."""
     for name in list(STAGES)[: list(STAGES).index(stage) + 1]:
         if step_status(state, name).kind != "current":
-            return WORDS[name]
+            return STEP_NAMES[name]
     return ""
 
 
@@ -55,7 +55,7 @@ def _results(state) -> dict:
 
 
 def _first_change(results: dict, stage: str, settings: dict[str, object], frames: str) -> str:
-    """The first thing that a stage or one before it depends on and that differs, in words; "" when nothing does."""
+    """Describes the first difference in what a stage or one before it depends on; "" when there is none."""
     if results["frames"] != frames:
         return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"
     for name, names in STAGES.items():

@@ -1,4 +1,4 @@
-"""Where chosen centers go, as curves."""
+"""Paths of chosen centers as curves."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from .centers import selected_centers
 
 TRAIL_COLOR = (0.95, 0.62, 0.10, 1.0)
 BEVEL_SHARE = 0.2  # of the radius at which centers are drawn
-MOST = 60  # trails of an even choice, where no centers are selected
+MAX_TRAILS = 60  # where no centers are selected
 
 
 def show_trails(owner: bpy.types.Object, radius: float) -> int:
-    """Makes the trails of the selected centers, or of an even choice of all, in place of earlier ones; gives their number.
+    """Replaces the trails by those of the selected centers, or of evenly many of all centers; returns their number.
 
     radius : at which the centers are drawn, in their own units.
     """
     state = owner.refmesh
     remove_trails(owner)
     chosen = _chosen(state.centers)
-    ways = np.stack([sample[chosen] for sample in read_pc2(cache_path(state.centers))], axis=1)
+    paths = np.stack([sample[chosen] for sample in read_pc2(cache_path(state.centers))], axis=1)
     curve = bpy.data.curves.new(f"{state.root.name} trails", "CURVE")
     curve.dimensions, curve.bevel_depth = "3D", BEVEL_SHARE * radius
     curve.materials.append(plain_material("RefMesh Trails", TRAIL_COLOR))
-    for way in ways:
+    for path in paths:
         spline = curve.splines.new("POLY")
-        spline.points.add(len(way) - 1)
-        spline.points.foreach_set("co", np.column_stack([way, np.ones(len(way))]).astype(np.float32).ravel())
+        spline.points.add(len(path) - 1)
+        spline.points.foreach_set("co", np.column_stack([path, np.ones(len(path))]).astype(np.float32).ravel())
     state.trails = bpy.data.objects.new(curve.name, curve)
     state.root.users_collection[0].objects.link(state.trails)
     state.trails.parent, state.trails.refmesh.sequence = state.root, owner
@@ -50,4 +50,4 @@ def remove_trails(owner: bpy.types.Object) -> None:
 def _chosen(centers: bpy.types.Object) -> np.ndarray:
     """Indices of the selected centers; evenly many of all where none is, or all are."""
     chosen, count = selected_centers(centers), len(centers.data.vertices)
-    return chosen if 0 < len(chosen) < count else np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(int))
+    return chosen if 0 < len(chosen) < count else np.unique(np.linspace(0, count - 1, min(MAX_TRAILS, count)).astype(int))

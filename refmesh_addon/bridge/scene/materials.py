@@ -1,4 +1,4 @@
-"""The few materials of the add-on; one that is already there under its name is the user's and stays as it is."""
+"""The materials of the add-on. One that exists already under its name may have been edited and stays as it is."""
 
 from __future__ import annotations
 
@@ -7,30 +7,31 @@ import bpy
 SOURCE_COLOR = (0.35, 0.36, 0.38, 1.0)
 REFERENCE_COLOR = (0.80, 0.42, 0.12, 1.0)
 DEFORMED_COLOR = (0.16, 0.38, 0.70, 1.0)
-ROUGHNESS = 0.7  # captures look best without highlights that hide their shape
+ROUGHNESS = 0.7  # without highlights, which would hide the shape of a capture
 
 
 def plain_material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
-    """A material of one linear color, also for the solid view."""
-    found = bpy.data.materials.get(name)
-    return found or _new_material(name, color)
+    """A material of one linear color, also in solid shading."""
+    return bpy.data.materials.get(name) or _new_material(name, color)
 
 
 def attribute_material(name: str, attribute: str) -> bpy.types.Material:
     """A material that takes its color from a color attribute."""
-    found = bpy.data.materials.get(name)
-    if found:
-        return found
+    existing = bpy.data.materials.get(name)
+    if existing:
+        return existing
     material = _new_material(name, (1.0, 1.0, 1.0, 1.0))
-    reader = material.node_tree.nodes.new("ShaderNodeAttribute")
-    reader.attribute_name = attribute
-    reader.location = (-250.0, 250.0)
-    material.node_tree.links.new(reader.outputs["Color"], _surface(material).inputs["Base Color"])
+    attribute_node = material.node_tree.nodes.new("ShaderNodeAttribute")
+    attribute_node.attribute_name = attribute
+    attribute_node.location = (-250.0, 250.0)
+    material.node_tree.links.new(attribute_node.outputs["Color"], _surface(material).inputs["Base Color"])
     return material
 
 
-def glowing_material(name: str, color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0), attribute: str = "") -> bpy.types.Material:
-    """A material that shows one linear color, or a color attribute, whatever the light."""
+def emission_material(
+    name: str, color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0), attribute: str = ""
+) -> bpy.types.Material:
+    """A material that shows one linear color, or a color attribute, independent of lighting."""
     material = attribute_material(name, attribute) if attribute else plain_material(name, (0.0, 0.0, 0.0, 1.0))
     surface = _surface(material)
     emission, base = surface.inputs["Emission Color"], surface.inputs["Base Color"]

@@ -57,13 +57,6 @@ def read_positions(source: bpy.types.Mesh) -> np.ndarray:
     return flat.reshape(-1, 3)
 
 
-def read_triangles(source: bpy.types.Mesh) -> np.ndarray:
-    """(T, 3) int32 corners of a Blender mesh that consists of triangles."""
-    flat = np.empty(len(source.loops), dtype=np.int32)
-    source.loops.foreach_get("vertex_index", flat)
-    return flat.reshape(-1, 3)
-
-
 def set_colors(target: bpy.types.Mesh, colors: np.ndarray) -> None:
     """Writes (V, 4) colors, linear, 0 to 1, as vertex colors."""
     attribute = target.attributes.get(COLOR_NAME) or target.attributes.new(COLOR_NAME, "FLOAT_COLOR", "POINT")

@@ -1,4 +1,4 @@
-"""Objects that belong to a sequence: one collection, one root that everything hangs on, pointers instead of names."""
+"""Objects that belong to a sequence: one collection, one root that everything is parented to, pointers instead of names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import bpy
 
-# Input coordinates stay as they are; only the root turns them so that "up" is Blender's Z.
+# Input coordinates stay as they are; only the root is rotated so that "up" is Blender's Z.
 QUARTER = math.pi / 2
 ROOT_ROTATION = {
     "Y": (QUARTER, 0.0, 0.0),
@@ -30,7 +30,7 @@ def new_root(scene: bpy.types.Scene, name: str, up_axis: str, unit: float) -> bp
 
 
 def new_member(root: bpy.types.Object, name: str, material: bpy.types.Material) -> bpy.types.Object:
-    """A mesh object without geometry in the root's collection, hanging on the root."""
+    """A mesh object without geometry in the root's collection, parented to the root."""
     mesh = bpy.data.meshes.new(name)
     mesh.materials.append(material)
     member = bpy.data.objects.new(name, mesh)
@@ -39,27 +39,27 @@ def new_member(root: bpy.types.Object, name: str, material: bpy.types.Material) 
     return member
 
 
-def remove_object(unwanted: bpy.types.Object | None) -> None:
-    """Removes an object, with its mesh and its animation where nothing else uses them; None is fine."""
-    if unwanted is None:
+def remove_object(member: bpy.types.Object | None) -> None:
+    """Removes an object, with its mesh and its animation where nothing else uses them; does nothing for None."""
+    if member is None:
         return
-    mesh = unwanted.data
-    actions = _actions_of(unwanted) | _actions_of(getattr(mesh, "shape_keys", None))
-    bpy.data.objects.remove(unwanted)
+    mesh = member.data
+    actions = _actions_of(member) | _actions_of(getattr(mesh, "shape_keys", None))
+    bpy.data.objects.remove(member)
     if isinstance(mesh, bpy.types.Mesh) and not mesh.users:
         bpy.data.meshes.remove(mesh)
     _remove_unused(actions)
 
 
 def clear_animation(target: bpy.types.Object) -> None:
-    """Removes all keys of an object, and its action where nothing else uses it."""
+    """Removes all keyframes of an object, and its action where nothing else uses it."""
     actions = _actions_of(target)
     target.animation_data_clear()
     _remove_unused(actions)
 
 
 def _actions_of(data: bpy.types.ID | None) -> set[bpy.types.Action]:
-    """A set, since from Blender 5.0 an object and its shape keys share one."""
+    """The action of an ID, if any; as a set, since from Blender 5.0 an object and its shape keys share one."""
     animation = data and data.animation_data
     return {animation.action} if animation and animation.action else set()
 

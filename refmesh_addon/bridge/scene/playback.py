@@ -1,4 +1,4 @@
-"""Motion that plays in a Blender without the add-on: PC2 files through the Mesh Cache modifier, keyed visibility."""
+"""Animation that plays without the add-on: PC2 files through the Mesh Cache modifier, keyframed visibility."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ VISIBILITY = ("hide_viewport", "hide_render")
 
 
 def check_cache(cache: Path, vertices: int) -> None:
-    """Raises RefMeshError when a PC2 file is broken or made for another number of vertices.
+    """Raises RefMeshError when a PC2 file is damaged or holds another number of points.
 
-    Blender itself would show the rest shape and say so on the console only.
+    Blender itself would show the rest shape and warn only on the console.
     """
     _, points = pc2_shape(cache)
     if points != vertices:
-        raise RefMeshError(f"{cache}: moves {points} points, but its mesh has {vertices}; run the step again")
+        raise RefMeshError(f"{cache}: holds {points} points, but its mesh has {vertices} vertices; run the step again")
 
 
 def play_cache(target: bpy.types.Object, cache: Path, first_scene_frame: int) -> None:
-    """Plays a PC2 file on the object; its first sample is shown at `first_scene_frame`, the ends are held."""
+    """Plays a PC2 file on the object; its first sample is shown at `first_scene_frame`; first and last sample are held."""
     modifier = target.modifiers.get(CACHE_NAME) or target.modifiers.new(CACHE_NAME, "MESH_CACHE")
     modifier.cache_format = "PC2"
     modifier.frame_start = first_scene_frame
@@ -38,7 +38,7 @@ def cache_path(target: bpy.types.Object) -> Path:
 
 
 def show_only_between(target: bpy.types.Object, first: int | None, end: int | None) -> None:
-    """Keys the object's visibility: shown from scene frame `first` (None: always before) up to, not including, `end`."""
+    """Keyframes the object's visibility: shown from scene frame `first` (None: always before) up to, not including, `end`."""
     clear_animation(target)
     for attribute in VISIBILITY:
         key_between(target, attribute, (first, end), inside=False, outside=True)
@@ -47,9 +47,9 @@ def show_only_between(target: bpy.types.Object, first: int | None, end: int | No
 def key_between(
     target: bpy.types.Object | bpy.types.ShapeKey, attribute: str, span: tuple[int | None, int | None], inside: object, outside: object
 ) -> None:
-    """Keys an attribute to `inside` from scene frame `span[0]` up to, not including, `span[1]`; None is without end.
+    """Keyframes an attribute to `inside` from scene frame `span[0]` up to, not including, `span[1]`; None is unbounded.
 
-    Keys stand on neighboring frames, so that the kind of interpolation does not matter.
+    Keys are on consecutive frames, so that the interpolation mode does not matter.
     """
     first, end = span
     keys = [(first - 1, outside), (first, inside)] if first is not None else []

@@ -1,4 +1,4 @@
-"""What concerns the scene as a whole: timeline, emptying, saving."""
+"""The scene as a whole: timeline, clipping of the views, emptying, saving."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import bpy
 
 from ...core.errors import RefMeshError
 
-# What a 3D view shows, against the size of the sequence: from so near to so far.
-NEAREST, FARTHEST = (1e-3, 1e-2), 20.0
+# Clipping of a 3D view, in sizes of the sequence: bounds of its start, least end.
+CLIP_START, CLIP_END = (1e-3, 1e-2), 20.0
 LAST_BLOCK, TAIL = b"ENDB", 64  # what an uncompressed .blend ends with, in its last bytes
 
 
 def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0) -> None:
-    """Frame range from `first` to `last`, the first frame shown, and the frame rate unless it is 0."""
+    """Sets the frame range, shows its first frame, and sets the frame rate unless it is 0."""
     scene.frame_start, scene.frame_end = first, last
     if fps > 0:
         # Blender holds 29.97 as 30 frames in 1.001 seconds.
@@ -27,20 +27,20 @@ def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0
     scene.frame_set(first)
 
 
-def reach_with_views(size: float) -> None:
-    """Lets the 3D views see something of this size: a capture in millimeters would end behind what they show.
+def widen_clipping(size: float) -> None:
+    """Widens the clipping of the 3D views to an object of this size: a capture in millimeters would be clipped.
 
     size : longest side, scene units.
     """
     spaces = (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D")
     for space in spaces:
-        space.clip_start = min(max(space.clip_start, NEAREST[0] * size), NEAREST[1] * size)
-        space.clip_end = max(space.clip_end, FARTHEST * size)
+        space.clip_start = min(max(space.clip_start, CLIP_START[0] * size), CLIP_START[1] * size)
+        space.clip_end = max(space.clip_end, CLIP_END * size)
 
 
 @contextmanager
 def timeline(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
-    """The frame range inside the block; range and current frame are as before afterward."""
+    """Sets the frame range inside the block; restores range and current frame afterward."""
     before = scene.frame_start, scene.frame_end, scene.frame_current
     # Blender keeps start <= end, so the start is first moved out of the way.
     scene.frame_start, scene.frame_end = first, last
@@ -52,7 +52,7 @@ def timeline(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
 
 
 def empty_scene() -> None:
-    """Removes everything that a scene shows, and what only that used."""
+    """Removes all objects and collections, and all data that only they used."""
     for kind in (bpy.data.objects, bpy.data.collections):
         bpy.data.batch_remove(list(kind))
     bpy.data.orphans_purge(do_recursive=True)
@@ -81,7 +81,7 @@ def save_scene(path: Path) -> None:
 
 
 def _check_room(path: Path) -> None:
-    """Raises OSError when the file would be cut off: Blender says nothing of a full disk, and the file before is then lost."""
+    """Raises OSError when the file would be cut off: Blender reports no error when the disk is full, and the earlier file is lost."""
     trial = path.with_name(f"{path.stem}.partial{path.suffix}")
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(trial), copy=True, compress=False, check_existing=False)

@@ -1,6 +1,6 @@
 """The mesh-sequence object: its mesh is filled with the frame that the timeline shows.
 
-Only this preview needs the add-on; results play through `playback`. Showing a frame that was seen before is cheap.
+Only this preview needs the add-on; results play through `scene.playback`. Showing a frame again is cheap.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ _store = FrameStore(MEMORY_BUDGET)
 
 
 def set_memory_budget(megabytes: int) -> None:
-    """How much memory the frames that were shown lately may take."""
+    """Sets how much memory recently shown frames may take."""
     _store.set_budget(megabytes * MEGABYTE)
 
 
 def forget_frames() -> None:
-    """Gives back the memory of all frames that were shown."""
+    """Frees the memory of all frames."""
     _store.clear()
 
 
 def read_frame(path: str | Path, output: str | Path) -> PreviewMesh:
-    """The mesh of a frame, from memory or from the cache in the output folder where it has been read before.
+    """The mesh of a frame, from memory, or from the cache in the output folder where it has been read before.
 
     Raises RefMeshError when it cannot be read.
     """
@@ -61,7 +61,7 @@ def new_sequence(
 
 
 def frame_at(owner: bpy.types.Object, scene_frame: int) -> bpy.types.PropertyGroup:
-    """The frame of the sequence that is shown at `scene_frame`; a missing number holds the frame before it."""
+    """The frame of the sequence that is shown at `scene_frame`; where a number is missing, the frame before it is held."""
     frames = owner.refmesh.frames
     starts = [0] * len(frames)
     frames.foreach_get("scene_frame", starts)
@@ -71,7 +71,7 @@ def frame_at(owner: bpy.types.Object, scene_frame: int) -> bpy.types.PropertyGro
 def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
     """Fills the sequence object with the frame shown at `scene_frame`.
 
-    Raises RefMeshError when the file cannot be read; the mesh stays as it was then.
+    Raises RefMeshError when the file cannot be read; the mesh then stays as it was.
     """
     frame = frame_at(owner, scene_frame)
     if frame.name != owner.refmesh.shown:

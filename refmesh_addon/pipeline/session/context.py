@@ -11,7 +11,7 @@ from pathlib import Path
 from ...core.settings import Settings
 from ...io.discovery import find_sequence
 from ...io.files import output_folder
-from ...io.frame_range import in_words
+from ...io.frame_range import format_ranges
 from ...io.report import Report
 from .cache import Cache
 from .frames import Frames
@@ -52,7 +52,7 @@ class Context:
             warn(message)
 
         if sequence.gaps:
-            note(f"{sequence.name}: frames {in_words(sequence.gaps)} are missing; the one before is held")
+            note(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
         cache = Cache(output / CACHE_FOLDER, spec.resume)
         frames = Frames(sequence, cache, note, lambda number, share: notify("tracking", number, READING_SHARE * share))
         report.bbox_diagonal = frames.diagonal

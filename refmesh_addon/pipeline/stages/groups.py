@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...core.errors import RefMeshError
 from ...core.reference.grouping import content_groups
-from ...io.frame_range import in_words
+from ...io.frame_range import format_ranges
 from ..session.context import Context
 from .tracking_result import Tracked
 
@@ -39,6 +39,6 @@ def _starts(context: Context) -> list[int]:
     starts = {0}
     for word in words.split(","):
         if not word.strip().isdecimal() or int(word) not in numbers:
-            raise RefMeshError(f"--group-starts '{words}': '{word.strip()}' is no frame of the job; it has {in_words(numbers)}")
+            raise RefMeshError(f"--group-starts '{words}': '{word.strip()}' is no frame of the job; it has {format_ranges(numbers)}")
         starts.add(numbers.index(int(word)))
     return sorted(starts)

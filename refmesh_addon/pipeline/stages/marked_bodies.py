@@ -10,7 +10,7 @@ from ...core.geometry.mesh import vertex_components
 from ...core.reference.marked_bodies import bodies_by_marks
 from ...core.reference.marks import Marks, parse_marks
 from ...core.types import TriangleMesh
-from ...io.frame_range import in_words
+from ...io.frame_range import format_ranges
 from ..session.context import Context
 from .tracking_result import Tracked
 
@@ -21,7 +21,7 @@ def wanted_apart(context: Context) -> Marks | None:
     """What `--apart` asks for, if anything. Raises RefMeshError when it is not understood or names a frame that is not there."""
     marks = parse_marks(context.settings.reference.apart)
     if marks and marks.frame not in context.numbers:
-        there = in_words(context.numbers)
+        there = format_ranges(context.numbers)
         raise RefMeshError(f"--apart: bodies are marked in frame {marks.frame}, which is not part of the job; mark them in one of {there}")
     return marks
 

@@ -1,0 +1,76 @@
+"""Reads what an output folder holds and checks it; changes nothing in Blender, so a thread may do it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ...core.errors import RefMeshError
+from ...core.findings import CENTER_ATTRIBUTES
+from ...io.files import CENTERS_NAME, read_npz
+from ...io.ply import read_surface
+from ...io.preview import PreviewMesh
+from ...io.report import read_report
+from ..scene.playback import check_cache
+from .centers import spacing
+
+
+@dataclass(frozen=True)
+class Results:
+    """What an output folder holds, read and checked.
+
+    positions : (F, C, 3) centers, `spacing` apart.  attributes : of each center.  meshes : of each group.
+    """
+
+    folder: Path
+    report: dict
+    positions: np.ndarray
+    spacing: float
+    attributes: dict[str, np.ndarray]
+    meshes: list[PreviewMesh]
+
+
+def read_results(folder: Path, known: dict[int, int]) -> Results:
+    """Reads the results of a run.
+
+    known : number of each frame of the sequence -> scene frame. Raises RefMeshError, naming the file, when results are missing,
+    broken, or of another sequence.
+    """
+    report = read_report(folder)
+    foreign = [number for number in report["sequence"]["numbers"] if number not in known]
+    if foreign:
+        raise RefMeshError(
+            f"{folder / 'report.json'}: has frame {foreign[0]}, which is not in this sequence; choose the results of this sequence"
+        )
+    centers = read_centers(folder)
+    positions = centers["positions"]
+    check_cache(folder / report["centers_playback"], positions.shape[1])
+    center_spacing = report["tracking"].get("center_spacing") or spacing(positions[0])
+    attributes = {name: centers[name] for name in CENTER_ATTRIBUTES if name in centers}
+    return Results(folder, report, positions, center_spacing, attributes, _read_references(folder, report["groups"]))
+
+
+def read_centers(folder: Path) -> dict[str, np.ndarray]:
+    """The tracked centers in an output folder: `frames`, `positions` and their attributes.
+
+    Raises RefMeshError, naming the file, when it is missing or damaged.
+    """
+    path = folder / CENTERS_NAME
+    try:
+        arrays = read_npz(path)
+        if "frames" not in arrays or arrays["positions"].ndim != 3:
+            raise ValueError("it holds no centers")
+        return arrays
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
+
+
+def _read_references(folder: Path, groups: list[dict]) -> list[PreviewMesh]:
+    meshes = [PreviewMesh.of(read_surface(folder / group["reference"])) for group in groups]
+    for group, mesh in zip(groups, meshes):
+        if group.get("playback"):
+            check_cache(folder / group["playback"], len(mesh.vertices))
+    return meshes

@@ -1,0 +1,115 @@
+"""The state of a sequence in the scene.
+
+No `from __future__ import annotations` here: Blender reads the annotations as values.
+"""
+
+from dataclasses import fields
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.findings import CENTER_ATTRIBUTES
+from ..core.settings import Settings
+from .settings import RefMeshSettings, title
+from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors
+
+STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
+# Says that a path may begin with "//"; unknown before Blender 4.5.
+RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+UNKNOWN = -1.0  # a distance that has not been measured
+
+
+class RefMeshFrame(bpy.types.PropertyGroup):
+    """One frame of a sequence; `name` holds its number, which may be a time stamp too long for a Blender integer."""
+
+    path: StringProperty(name="File", description="The mesh of this frame", subtype="FILE_PATH", options=RELATIVE)
+    scene_frame: IntProperty(name="Scene Frame", description="Frame of the timeline from which this mesh is shown")
+    distance: FloatProperty(name="Distance", description="Mean distance to the deformed mesh, share of the diagonal", default=UNKNOWN)
+
+
+class RefMeshFinding(bpy.types.PropertyGroup):
+    """One result of checking the sequence; `name` holds the number of the frame."""
+
+    severity: StringProperty(name="Severity", description="Error, warning or note")
+    message: StringProperty(name="Finding", description="What may be wrong with the frame")
+
+
+class RefMeshGroup(bpy.types.PropertyGroup):
+    """The two objects of one group of frames."""
+
+    start: IntProperty(name="Start", description="Scene frame from which this group is shown")
+    reference: PointerProperty(type=bpy.types.Object, name="Reference Mesh", description="Reference mesh of this group")
+    deformed: PointerProperty(type=bpy.types.Object, name="Deformed Mesh", description="Reference mesh as it moves through this group")
+
+
+class RefMeshSequence(bpy.types.PropertyGroup):
+    """State of one sequence, stored on its mesh object; its other objects only point to that one through `sequence`."""
+
+    sequence: PointerProperty(type=bpy.types.Object, name="Sequence", description="The mesh-sequence object this object belongs to")
+    source: StringProperty(
+        name="Source", description="Folder, file or pattern that the frames come from", subtype="FILE_PATH", options=RELATIVE
+    )
+    frame_selection: StringProperty(name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes all")
+    output: StringProperty(
+        name="Output",
+        description="Folder that results are written to and read from; // is beside the saved scene",
+        subtype="DIR_PATH",
+        options=RELATIVE,
+    )
+    frames: CollectionProperty(type=RefMeshFrame)
+    findings: CollectionProperty(type=RefMeshFinding)
+    active_finding: IntProperty(name="Finding", description="Click a finding to go to its frame", update=go_to_finding)
+    checked: BoolProperty(name="Checked", description="Whether every frame was checked", options={"HIDDEN"})
+    shown: StringProperty(name="Shown Frame", description="Number of the frame whose mesh the object holds now", options={"HIDDEN"})
+    root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that all objects of this sequence are parented to")
+    centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
+    center_color: EnumProperty(
+        name="Colored by",
+        description="What the colors of the centers show",
+        items=[
+            ("PLACE", "Place", "Where a center is in the first frame, to see which part moved where"),
+            *((name.upper(), title(name), meaning) for name, meaning in CENTER_ATTRIBUTES.items()),
+        ],
+        update=restyle_centers,
+    )
+    center_size: FloatProperty(
+        name="Size", description="Of the centers; at 4, neighbors touch", default=1.0, min=0.01, soft_max=4.0, update=restyle_centers
+    )
+    center_spacing: FloatProperty(name="Spacing", description="Usual distance of neighboring centers", options={"HIDDEN"})
+    center_range: StringProperty(name="Range", description="What the colors of the centers mean", options={"HIDDEN"})
+    trails: PointerProperty(type=bpy.types.Object, name="Trails", description="Paths of chosen centers")
+    groups: CollectionProperty(type=RefMeshGroup)
+    arrangement: EnumProperty(
+        name="Arrangement",
+        description="Where centers, reference mesh and result stand beside the source",
+        items=[
+            ("SIDE", "Side by Side", "Source, centers, reference mesh and result in a row"),
+            ("OVERLAY", "Overlaid", "All in one place, to compare them"),
+        ],
+        update=arrange_objects,
+    )
+    heat_map: BoolProperty(
+        name="Show Errors",
+        description="Color the deformed mesh by its distance to the source: dark for none, yellow for 0.2 % of the diagonal and more",
+        update=switch_errors,
+    )
+    heat_map_frame: StringProperty(
+        name="Frame of the Errors", description="Number of the frame whose errors the mesh shows now", options={"HIDDEN"}
+    )
+    side_step: FloatProperty(name="Distance", description="Between source, reference mesh and result", options={"HIDDEN"})
+    settings: PointerProperty(type=RefMeshSettings)
+    missing: StringProperty(
+        name="Missing", description="Files that the scene needs and that were missing when it was opened", options={"HIDDEN"}
+    )
+    results: StringProperty(
+        name="Results", description="How the results were computed, as JSON: settings, frames, seconds of each step", options={"HIDDEN"}
+    )
+    done: EnumProperty(
+        name="Steps Done",
+        description="Steps whose results are in the output folder",
+        items=[(stage, title(stage), "") for stage in STAGES],
+        options={"ENUM_FLAG"},
+    )
+
+
+CLASSES = (RefMeshFrame, RefMeshFinding, RefMeshGroup, RefMeshSequence)

@@ -1,0 +1,41 @@
+"""Update callbacks: what changes in the scene as soon as a property of a sequence is changed in the panel."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..core.errors import RefMeshError
+
+
+def go_to_finding(state, context):
+    """Shows the frame of the finding that was clicked."""
+    frame = state.frames.get(state.findings[state.active_finding].name)
+    if frame is not None:
+        context.scene.frame_set(frame.scene_frame)
+
+
+def arrange_objects(state, context):
+    """Places the objects side by side or on top of each other."""
+    from ..bridge.results.groups import arrange
+
+    arrange(state.id_data)
+
+
+def restyle_centers(state, context):
+    """Draws the centers in their new size and colors."""
+    from ..bridge.results.centers import restyle_centers
+
+    restyle_centers(state.id_data)
+
+
+def switch_errors(state, context):
+    """Shows errors as colors, or the plain color again; a popup says why errors cannot be shown."""
+    from ..bridge.results.heat_map import switch_heat_map
+
+    try:
+        switch_heat_map(state.id_data)
+    except RefMeshError as error:
+        message = str(error)
+        state.heat_map = False
+        if not bpy.app.background:
+            context.window_manager.popup_menu(lambda menu, _: menu.layout.label(text=message), title="RefMesh", icon="ERROR")
