@@ -2,7 +2,10 @@
 
 import numpy as np
 
+from refmesh_addon.core.geometry.mesh import mean_edge_length
 from refmesh_addon.core.types import TriangleMesh
+
+FOLDED = [100, 300]  # vertices that `with_folds` moves
 
 
 def bar(rings=24, around=12, uneven=0.0, seed=0):
@@ -32,3 +35,10 @@ def bent(points, angle=1.2):
     bow = points[:, 0] / 4 * angle
     radius = 4 / angle - points[:, 1]
     return np.column_stack([np.sin(bow) * radius, 4 / angle - np.cos(bow) * radius, points[:, 2]])
+
+
+def with_folds(mesh, vertices):
+    """(R, 3) vertices, two of them moved just across their neighbors."""
+    moved = vertices.copy()
+    moved[FOLDED] += 1.3 * mean_edge_length(mesh) * np.array([1.0, 0.0, 0.0])
+    return moved

@@ -17,16 +17,18 @@ from ..settings import DeformationSettings
 from ..types import FrozenArrays, Keyed, TriangleMesh
 from .arap import ArapSolver
 from .contact import behind_contact, possible_owners
-from .correspondence import Compatible
-from .folds import Facing, unfolded
+from .correspondence import Compatible, Correspondence
+from .facing import Facing
+from .folds import unfolded
 from .keypoints import find_keypoints
 from .matching import MatchSettings, in_reach, match_keypoints
 from .patches import PATCH_RADIUS, Patches, surface_patches
 from .surface_fit import fit_surface
+from .surface_samples import SurfaceSampler
 
-KEEP = 0.5  # pull of every vertex to where the centers carry it: key points lie an edge or so off and must not win everywhere
-SETTLED = 1e-5  # share of the energy per iteration; the surface then moves by some ten thousandths of an edge
-KIN = 0.02  # least affinity of two centers whose surfaces may be fitted to each other
+START_WEIGHT = 0.5  # pull of every vertex to where the centers carry it: key points are an edge or so off and must not win everywhere
+TOLERANCE = 1e-5  # share of the energy per iteration of ARAP; the surface then moves by some ten thousandths of an edge
+COMPATIBLE_AFFINITY = 0.02  # of two centers above which their surfaces may be fitted to each other
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +73,11 @@ class ReferenceDeformer:
 
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings = reference.mesh, reference.centers, reference.settings
-        self._solver = ArapSolver(reference.mesh, reference.settings.smoothness)
+        self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
+        self._sampler = SurfaceSampler(reference.mesh)
         self._length = mean_edge_length(reference.mesh)
         self._patches = self._patches_at(reference.mesh, self._keypoints_of(reference.mesh))
-        self._akin = (reference.centers.affinity > KIN).toarray()
+        self._compatible = (reference.centers.affinity > COMPATIBLE_AFFINITY).toarray()
 
     def to(self, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> DeformedFrame:
         """The reference mesh in one frame.
@@ -82,24 +85,23 @@ class ReferenceDeformer:
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
         """
         carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
-        index, turns = SurfaceIndex(mesh), carrier.rotations_to(centers)
-        start = carrier.to(centers).vertices
-        handles, goals = self._matched(start, turns, mesh)
+        start, rotations, owners = carrier.to(centers).vertices, carrier.rotations_to(centers), carrier.binding.owners
+        handles, goals = self._matched(start, rotations, mesh)
         posed = self._posed(handles, goals, start)
-        owners = carrier.binding.owners
-        compatible = self._compatible(owners, possible_owners(mesh, centers, self._group.spacing))
-        enclosed = enclosed_by(mesh)
-        fitted = fit_surface(self._solver, posed, index, self._settings, compatible, enclosed)
-        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, turns, index))
-        facing = Facing(self._mesh, turns, index)
+        source, enclosed = SurfaceIndex(mesh), enclosed_by(mesh)
+        compatible = self._compatible_pairs(owners, possible_owners(mesh, centers, self._group.spacing))
+        correspondence = Correspondence(source, self._sampler, compatible, enclosed)
+        fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds)
+        facing = Facing(self._mesh, rotations, source)
+        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing))
         return DeformedFrame(
             deformed.vertices,
             handles,
             goals,
             held=fitted.held,
-            hidden=behind_contact(deformed, owners, centers, self._akin, enclosed, self._group.spacing),
-            curled=facing.turned_over(deformed.vertices) & ~facing.folded(deformed.vertices),
-            rotation_vectors=Rotation.from_matrix(turns).as_rotvec(),
+            hidden=behind_contact(deformed, owners, centers, self._compatible, enclosed, self._group.spacing),
+            curled=facing.curled(deformed.vertices),
+            rotation_vectors=Rotation.from_matrix(rotations).as_rotvec(),
         )
 
     def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:
@@ -108,23 +110,24 @@ class ReferenceDeformer:
     def _patches_at(self, mesh: TriangleMesh, keypoints: np.ndarray) -> Patches:
         return surface_patches(mesh, keypoints, PATCH_RADIUS * self._length)
 
-    def _matched(self, start: np.ndarray, turns: np.ndarray, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices of the reference that have a partner among the key points of the frame, and the partners' (K, 3) positions."""
+    def _matched(self, start: np.ndarray, rotations: np.ndarray, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
+        """(K,) vertices of the reference that match a key point of the frame, and the (K, 3) positions of these."""
         settings = MatchSettings(guided=self._settings.keypoint_search == "guided", fixed_point=self._settings.keypoint_fit == "fixed")
-        own, found = self._patches, self._keypoints_of(mesh)
+        own, keypoints = self._patches, self._keypoints_of(mesh)
         places = start[own.vertices]
-        theirs = self._patches_at(mesh, found[in_reach(mesh.vertices[found], places, own.radius, settings)])
-        matches = match_keypoints(own, theirs, places, turns[own.vertices], settings)
+        reachable = keypoints[in_reach(mesh.vertices[keypoints], places, own.radius, settings)]
+        matches = match_keypoints(own, theirs := self._patches_at(mesh, reachable), places, rotations[own.vertices], settings)
         return own.vertices[matches.reference], theirs.positions[matches.frame]
 
     def _posed(self, handles: np.ndarray, goals: np.ndarray, start: np.ndarray) -> np.ndarray:
+        """(R, 3) start with the handles pulled to their goals."""
         if not len(handles):
             return start
-        return self._solver.deform(handles, goals, start, iterations=self._settings.arap_iterations, keep=KEEP, settled=SETTLED).vertices
+        return self._solver.deform(handles, goals, start, iterations=self._settings.arap_iterations, start_weight=START_WEIGHT).vertices
 
-    def _compatible(self, own: np.ndarray, others: np.ndarray) -> Compatible:
+    def _compatible_pairs(self, own: np.ndarray, others: np.ndarray) -> Compatible:
         """own : (R,) centers of the reference vertices.  others : (T, k) those that the frame's triangles may belong to."""
-        return lambda vertices, triangles: self._akin[own[vertices, None], others[triangles]].any(axis=1)
+        return lambda vertices, triangles: self._compatible[own[vertices, None], others[triangles]].any(axis=1)
 
 
 def deform_reference(reference: GroupReference, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> DeformedFrame:

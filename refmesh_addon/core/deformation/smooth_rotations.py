@@ -1,7 +1,7 @@
-"""The local step of smooth-rotation ARAP: one rotation for each vertex, close to its own data and to its neighbours.
+"""The local step of smooth-rotation ARAP: one rotation for each vertex, close to its own data and to its neighbors.
 
-Minimises  f(R) = -<R, C> - beta <R, W R>  over all rotations, where C are covariance sums and W is the adjacency: up to a
-constant half of the ARAP energy for fixed positions. Updating each rotation from its neighbours alone carries information
+Minimizes  f(R) = -<R, C> - beta <R, W R>  over all rotations, where C are covariance sums and W is the adjacency: up to a
+constant half of the ARAP energy for fixed positions. Updating each rotation from its neighbors alone propagates information
 by one edge per sweep, which takes thousands of sweeps once beta is large, so a step of Newton's method on all rotations
 together comes first and is kept where it lowers f.
 """
@@ -14,7 +14,7 @@ from scipy import sparse
 from ..geometry.factor import factored
 from ..geometry.rotations import closest_rotations, rotation_matrices
 
-# Share of the neighbours' weight added to each vertex, so that vertices without data or neighbours stay solvable.
+# Share of the neighbors' weight added to each vertex, so that vertices without data or neighbors stay solvable.
 FLOOR = 1e-9
 
 
@@ -25,17 +25,17 @@ class SmoothRotations:
 
     def __init__(self, adjacency: sparse.csr_matrix, beta: float, spread: np.ndarray):
         self.adjacency, self.beta = adjacency, beta
-        self.neighbours = np.asarray(adjacency.sum(axis=1))
+        self.neighbor_weights = np.asarray(adjacency.sum(axis=1))
         if beta > 0:
             # Hessian for nearly rigid data: 2/3 of the spread on average over the axes, and the graph Laplacian.
-            coupling = 4.0 * beta * (sparse.diags(self.neighbours.ravel()) - adjacency)
+            coupling = 4.0 * beta * (sparse.diags(self.neighbor_weights.ravel()) - adjacency)
             hessian = sparse.diags(2.0 / 3.0 * spread + FLOOR * beta) + coupling
             self._hessian = factored(hessian)
 
     def lowered(self, rotations: np.ndarray | None, covariance: np.ndarray) -> np.ndarray:
         """Rotations with lower (never higher) f; the exact minimum where beta is 0.
 
-        rotations : (R, 9) row-major, or None to start from each vertex's own best.  covariance : (R, 9).  Returns (R, 9).
+        rotations : (R, 9) row-major; None starts from the rotations closest to the covariances.  covariance : (R, 9).  Returns (R, 9).
         """
         if rotations is None or self.beta == 0:
             rotations = _closest(covariance)
@@ -43,17 +43,17 @@ class SmoothRotations:
             return rotations
         rotations, near = self._newton(rotations, covariance)
         # f is concave once W has half its row sums on the diagonal, which is constant on rotations: on each triangle
-        # x^T W x + |x|^2 / 2 is a square. Minimising its tangent, vertex by vertex, can therefore only lower it.
-        return _closest(covariance + 2.0 * self.beta * (near + 0.5 * self.neighbours * rotations))
+        # x^T W x + |x|^2 / 2 is a square. Minimizing its tangent, vertex by vertex, can therefore only lower it.
+        return _closest(covariance + 2.0 * self.beta * (near + 0.5 * self.neighbor_weights * rotations))
 
     def energy(self, rotations: np.ndarray) -> float:
         """beta times the sum over i and j in N(i) of |R_i - R_j|^2, scene units squared."""
         if self.beta == 0:
             return 0.0
-        return 2.0 * self.beta * (3.0 * self.neighbours.sum() - np.vdot(rotations, self.adjacency @ rotations))
+        return 2.0 * self.beta * (3.0 * self.neighbor_weights.sum() - np.vdot(rotations, self.adjacency @ rotations))
 
     def _newton(self, rotations: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rotations after one step, where it lowers f, and the sums over their neighbours."""
+        """Rotations after one step, where it lowers f, and the sums over their neighbors."""
         near = self.adjacency @ rotations
         torque = _axial(covariance + 2.0 * self.beta * near, rotations)
         turned = (_from_vectors(self._hessian.solve(torque)) @ rotations.reshape(-1, 3, 3)).reshape(-1, 9)

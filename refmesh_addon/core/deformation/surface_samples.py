@@ -1,4 +1,4 @@
-"""Points of a surface that are asked about: its vertices, then the centres of its triangles, each with the area it stands for."""
+"""Samples of a surface: its vertices, then the centroids of its triangles, each with the area that it represents."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy import sparse
 
+from ..geometry.borders import border_edges
 from ..geometry.mesh import area_vectors, unique_points
 from ..geometry.vectors import normalized
 from ..types import FrozenArrays, TriangleMesh
@@ -14,11 +15,11 @@ from ..types import FrozenArrays, TriangleMesh
 
 @dataclass(frozen=True)
 class SurfaceSamples(FrozenArrays):
-    """Vertices, then centres of triangles of a surface.
+    """Vertices, then centroids of triangles of a surface.
 
     points, normals : (N, 3).  triangles : (N,) a triangle that holds the point.
     corners, shares : (N, 3) vertices around the point and their barycentric weights.
-    weights : (N,) the area that each stands for, mean 1.
+    weights : (N,) the area that each represents, mean 1.
     """
 
     points: np.ndarray
@@ -34,15 +35,19 @@ class SurfaceSamples(FrozenArrays):
 
 
 class SurfaceSampler:
-    """Built once from a mesh, asked for the samples of any deformation of it. Vertices that coincide in the mesh are taken as one."""
+    """Built once from a mesh, asked for the samples of any deformation of it. Vertices that coincide in the mesh count as one.
+
+    border : (T, 3) bool, the `border_edges` of the mesh.
+    """
 
     def __init__(self, mesh: TriangleMesh):
+        self.border = border_edges(mesh)
         first, place = unique_points(mesh.vertices)
         corners = first[place][mesh.triangles]
-        whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+        proper = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
         # In the order of the mesh: what a stride picks must not depend on coordinates.
-        self._kept, compact = np.unique(corners[whole], return_inverse=True)
-        holders = np.repeat(np.flatnonzero(whole), 3)
+        self._kept, compact = np.unique(corners[proper], return_inverse=True)
+        holders = np.repeat(np.flatnonzero(proper), 3)
         shape = len(self._kept), len(mesh.triangles)
         self._around = sparse.csr_matrix((np.ones(len(holders)), (compact.reshape(-1), holders)), shape=shape)
         last = self._around.indices[self._around.indptr[1:] - 1].astype(np.int64)

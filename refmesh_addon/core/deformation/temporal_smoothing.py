@@ -1,9 +1,9 @@
-"""Vertices that tremble along the surface from frame to frame are brought to rest.
+"""Removes the jitter of vertices along the surface from frame to frame, with a Savitzky-Golay filter (Savitzky and Golay 1964).
 
-Every frame is fitted by itself, to triangles of its own, and pulls each vertex a little its own way along the surface. Over a
-few frames a spot of the skin moves on a parabola: what of that a frame misses is noise, unless all around misses it as well, as
-where a limb stops short. Velocity and acceleration are kept (Savitzky and Golay 1964), and where the surface lies is left to the
-fit: vertices move along it only, and on a crease along the crease.
+Every frame is fitted by itself, to triangles of its own, which shifts each vertex a little along the surface. Over a few frames a
+point of the skin moves on a parabola: the deviation of a frame from it is noise, unless the surroundings deviate in the same way,
+as where a limb stops short. Velocity and acceleration are kept, and the shape of the surface is left to the fit: vertices move
+along it only, and on a crease along the crease.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 
 DEGREE = 2
-LEASH = 0.5  # mean edge lengths that a vertex may be moved: on a path more bent than a parabola, it keeps near to its place
-# Extent, as a share of the square root of the area, of what moves as one. Trembling reaches over some edges, a limb is longer: where the
-# frames are three times as far apart as usual, the surface strayed from the source by twice as much without this.
+FARTHEST = 0.5  # mean edge lengths that a vertex may be moved: it stays close even where its path is more curved than a parabola
+# Extent, as a share of the square root of the area, of what moves as one. Jitter is correlated over some edges, a limb is longer: with
+# frames three times as far apart as usual, the surface departed from the source by twice as much without this.
 LIMB = 0.25
 
 
-def steadied(mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames: int) -> np.ndarray:
-    """(F, R, 3) vertices moved along the surface only, so that they keep their places on it from frame to frame.
+def smoothed_in_time(mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames: int) -> np.ndarray:
+    """(F, R, 3) vertices without jitter, moved along the surface only.
 
     mesh : the reference.  vertices : (F, R, 3) in successive frames, scene units.  times : (F,) ascending, any unit.
-    frames : how many to either side have a say; 0 gives the vertices back, and fewer than four frames in all change nothing.
+    frames : half the width of the filter. 0 returns the vertices, as do fewer than four frames in all.
     """
     if not frames or len(vertices) <= DEGREE + 1:
         return vertices
-    missed = np.tensordot(_parabolas(times, frames) - np.eye(len(vertices)), vertices, axes=1)
-    missed -= _shared(mesh, missed)
+    deviation = np.tensordot(_parabolas(times, frames) - np.eye(len(vertices)), vertices, axes=1)
+    deviation -= _common(mesh, deviation)
     ends = HalfEdges.of(mesh).edges.T
-    return np.stack([positions + _leashed(mesh.moved(positions), move, ends) for positions, move in zip(vertices, missed)])
+    return np.stack([positions + _limited(mesh.moved(positions), move, ends) for positions, move in zip(vertices, deviation)])
 
 
-def _shared(mesh: TriangleMesh, moves: np.ndarray) -> np.ndarray:
-    """(F, R, 3) the part of moves that all of a limb shares: smoothed over the surface to the extent of one."""
+def _common(mesh: TriangleMesh, moves: np.ndarray) -> np.ndarray:
+    """(F, R, 3) the part of moves that is common to a limb: smoothed over the surface to the extent of one."""
     areas = vertex_areas(mesh)
     areas = np.where(areas > 0, areas, areas.mean())
     extent = LIMB**2 * triangle_areas(mesh).sum()
@@ -49,16 +49,16 @@ def _shared(mesh: TriangleMesh, moves: np.ndarray) -> np.ndarray:
     return np.stack([factor.solve(areas[:, None] * move) for move in moves])
 
 
-def _leashed(surface: TriangleMesh, moves: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """(R, 3) moves along the surface, none longer than the leash.  ends : (2, E) vertices of its edges."""
+def _limited(surface: TriangleMesh, moves: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """(R, 3) the part of moves along the surface, none longer than FARTHEST.  ends : (2, E) vertices of its edges."""
     moves = tangential_part(surface, moves)
-    span = np.linalg.norm(surface.vertices[ends[0]] - surface.vertices[ends[1]], axis=1).mean() if ends.size else 0.0
-    leash = max(LEASH * float(span), float(TINY))
-    return moves * leash / np.maximum(np.linalg.norm(moves, axis=1, keepdims=True), leash)
+    length = np.linalg.norm(surface.vertices[ends[0]] - surface.vertices[ends[1]], axis=1).mean() if ends.size else 0.0
+    farthest = max(FARTHEST * float(length), float(TINY))
+    return moves * farthest / np.maximum(np.linalg.norm(moves, axis=1, keepdims=True), farthest)
 
 
 def _parabolas(times: np.ndarray, frames: int) -> np.ndarray:
-    """(F, F) matrix that takes positions to those on the parabolas fitted to the nearest 2 `frames` + 1 of them."""
+    """(F, F) matrix that takes positions to those on the parabolas fitted to the nearest 2 `frames` + 1 of them, at any `times`."""
     count = len(times)
     width = min(2 * frames + 1, count)
     result = np.zeros((count, count))

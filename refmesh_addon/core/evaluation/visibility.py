@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 from ..geometry.borders import border_edges, on_border
 from ..geometry.closest_point import ClosestPoints, SurfaceIndex
 from ..geometry.holes import capped
-from ..geometry.mesh import merged, triangle_normals
+from ..geometry.mesh import merged, submesh, triangle_normals
+from ..geometry.vectors import row_dot
 from ..geometry.winding import Winding
 from ..types import TriangleMesh
 from .sampled_surface import SampledSurface
@@ -32,7 +33,7 @@ def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: SampledSurface
     whole = merged(source.mesh)[0]
     closed = capped(whole)
     depths = np.where(Winding(closed).of(samples.points) != 0, closest.distances, 0.0)
-    caps = merged(TriangleMesh(closed.vertices, closed.triangles[len(whole.triangles) :]))[0]
+    caps = submesh(closed, slice(len(whole.triangles), None))[0]
     return in_contact(deformed, samples, depths) | over_hole(source, caps, samples.points, closest)
 
 
@@ -63,7 +64,7 @@ def _faced(deformed: SurfaceIndex, samples: SampledSurface, depths: np.ndarray) 
     while (depths > top).any():
         band = np.flatnonzero((depths > top) & (depths <= bottom))
         normals = samples.normals[band]
-        opposite = lambda query, triangle, normals=normals: np.einsum("ni,ni->n", normals[query], triangles[triangle]) < OPPOSITE
+        opposite = lambda query, triangle, normals=normals: row_dot(normals[query], triangles[triangle]) < OPPOSITE
         nearest = deformed.query(samples.points[band], bottom, opposite)
         result[band] = (nearest.triangles >= 0) & (nearest.distances < depths[band])
         top, bottom = bottom, BAND_RATIO * bottom

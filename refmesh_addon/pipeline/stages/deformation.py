@@ -8,8 +8,9 @@ import numpy as np
 
 from ...core.arrays import from_arrays, to_arrays
 from ...core.deformation.deformer import DeformedFrame, GroupReference, deform_reference
-from ...core.deformation.folds import Facing, approached
-from ...core.deformation.temporal_smoothing import steadied
+from ...core.deformation.facing import Facing
+from ...core.deformation.fold_free_moves import moved_without_folds
+from ...core.deformation.temporal_smoothing import smoothed_in_time
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
@@ -71,12 +72,12 @@ def _entry(context: Context, group: Group, frame: int) -> str:
 
 
 def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, TriangleMesh], dict[int, np.ndarray]]:
-    """The group's frames and its hand-over, steadied, and their velocities; the frames are written and reported."""
+    """The group's frames and its hand-over, smoothed over time, and their velocities; the frames are written and reported."""
     entries = {frame: _read_again(context, group, frame, key) for frame in group.targets}
     vertices, times = np.stack([entry.vertices for entry in entries.values()]), np.array([context.numbers[frame] for frame in entries])
     facings = [Facing(group.mesh, entry.rotations) for entry in entries.values()]
-    steady = steadied(group.mesh, vertices, times, context.settings.deformation.steady_frames)
-    placed = np.stack([approached(*moves) for moves in zip(facings, vertices, steady, strict=True)])
+    steady = smoothed_in_time(group.mesh, vertices, times, context.settings.deformation.steady_frames)
+    placed = np.stack([moved_without_folds(*moves) for moves in zip(facings, vertices, steady, strict=True)])
     meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
     speeds = np.gradient(placed, times, axis=0) if len(times) > 1 else np.zeros_like(placed)
     velocities = dict(zip(entries, speeds, strict=True))

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 from scipy import sparse
 
 from refmesh_addon.core.deformation.arap import ArapSolver
+from refmesh_addon.core.deformation.arap_system import Constraints, Start, Targets
 from refmesh_addon.core.geometry.mesh import mean_edge_length, triangle_areas
 from refmesh_addon.core.geometry.rotations import closest_rotations
 from refmesh_addon.core.types import TriangleMesh
@@ -63,7 +64,7 @@ def test_plain_arap_same_as_a_slow_twin():
     start = mesh.vertices + 0.05 * np.random.default_rng(0).normal(size=mesh.vertices.shape)
     targets = bent(mesh.vertices)[handles]
     fast = solver.deform(handles, targets, start, weight=3.0, iterations=4).vertices
-    slow = deformed_by_loops(mesh, solver.weights.toarray(), handles, targets, start, 3.0, 4)
+    slow = deformed_by_loops(mesh, solver.energy.weights.toarray(), handles, targets, start, 3.0, 4)
     assert_allclose(fast, slow, atol=1e-9)
 
 
@@ -74,7 +75,7 @@ def test_reported_energy_is_the_papers_sum(smoothness):
     targets = bent(mesh.vertices)[handles]
     deformation = solver.deform(handles, targets, mesh.vertices, weight=2.0, iterations=3)
     handle_energy = 2.0 * np.sum((deformation.vertices[handles] - targets) ** 2)
-    expected = energy_by_loops(mesh, smoothness, deformation, solver.weights.toarray()) + handle_energy
+    expected = energy_by_loops(mesh, smoothness, deformation, solver.energy.weights.toarray()) + handle_energy
     assert_allclose(deformation.energies[-1], expected, rtol=1e-9)
 
 
@@ -94,7 +95,7 @@ def test_smooth_rotations_reach_a_minimum():
     mesh = bar(10, 8)
     solver, handles, rng = ArapSolver(mesh, 0.01), end_handles(mesh), np.random.default_rng(2)
     found = solver.deform(handles, bent(mesh.vertices)[handles], mesh.vertices, weight=np.inf, iterations=400)
-    weights = solver.weights.toarray()
+    weights = solver.energy.weights.toarray()
     least = energy_by_loops(mesh, 0.01, found, weights)
     free = np.setdiff1d(np.arange(len(mesh.vertices)), handles)
     for _ in range(5):
@@ -172,11 +173,11 @@ def test_what_is_kept_moves_the_less_the_farther_from_the_handle():
     start = bent(mesh.vertices)
     handle = np.array([np.argmax(mesh.vertices[:, 0])])
     target = start[handle] + [0.0, 0.0, 0.5]
-    moved, loose = (solver.deform(handle, target, start, 10.0, 30, keep=keep).vertices - start for keep in (1.0, 0.0))
+    moved, loose = (solver.deform(handle, target, start, 10.0, 30, start_weight=keep).vertices - start for keep in (1.0, 0.0))
     near, far = np.abs(mesh.vertices[:, 0] - 2.0) < 0.5, mesh.vertices[:, 0] < 0
     assert np.abs(moved[far]).max() < 0.1 * np.abs(moved[near]).max()
     assert np.abs(loose[far]).max() > 5 * np.abs(moved[far]).max()
-    energies = solver.deform(handle, target, start, 10.0, 30, keep=1.0).energies
+    energies = solver.deform(handle, target, start, 10.0, 30, start_weight=1.0).energies
     assert np.diff(energies).max() <= 1e-10 * energies[0]
 
 
@@ -186,11 +187,11 @@ def test_points_slide_in_their_planes_and_the_energy_still_falls():
     every = sparse.identity(len(mesh.vertices), format="csr")
     up = np.tile([0.0, 0.0, 1.0], (len(mesh.vertices), 1))
     aside = lifted + [0.7, 0.0, 0.0]  # only the height of these targets may count
-    options = {"normals": up, "slides": 5}
-    found = solver.system(every, np.full(len(up), 2.0)).solve(aside, mesh.vertices, 30, **options)
+    system = solver.system(Constraints.at_points(every, np.full(len(up), 2.0)))
+    found = system.solve(Targets(aside, normals=up, plane_steps=5), Start(mesh.vertices), 30)
     assert_allclose(found.vertices, lifted, atol=1e-6)
     bumpy = aside + 0.1 * np.random.default_rng(7).normal(size=aside.shape)
-    energies = solver.system(every, np.full(len(up), 2.0)).solve(bumpy, mesh.vertices, 30, **options).energies
+    energies = system.solve(Targets(bumpy, normals=up, plane_steps=5), Start(mesh.vertices), 30).energies
     assert np.diff(energies).max() <= 1e-10 * energies[0]
 
 

@@ -19,17 +19,17 @@ def lattice(center):
 
 
 def pair(gap):
-    """Two cubes side by side along x, `gap` apart: mesh, centers, which centers are akin, and owners of the vertices."""
+    """Two cubes side by side along x, `gap` apart: mesh, centers, which centers are of one body, and owners of the vertices."""
     places = [np.array([sign * (SIDE + gap) / 2, 0.0, 0.0]) for sign in (-1, 1)]
     mesh = joined(*(box((SIDE,) * 3, 3, place) for place in places))
     centers, body = np.concatenate([lattice(place) for place in places]), np.repeat([0, 1], 64)
-    akin = body[:, None] == body
-    return mesh, centers, akin, bind(mesh, centers, sparse.csr_matrix(akin.astype(float)), STEP).owners
+    compatible = body[:, None] == body
+    return mesh, centers, compatible, bind(mesh, centers, sparse.csr_matrix(compatible.astype(float)), STEP).owners
 
 
 def hidden(gap, source):
-    mesh, centers, akin, owners = pair(gap)
-    return mesh, behind_contact(mesh, owners, centers, akin, enclosed_by(source), STEP)
+    mesh, centers, compatible, owners = pair(gap)
+    return mesh, behind_contact(mesh, owners, centers, compatible, enclosed_by(source), STEP)
 
 
 def test_the_faces_that_touch_are_hidden_and_nothing_else_is():
@@ -48,16 +48,16 @@ def test_bodies_apart_hide_nothing():
 
 
 def test_one_body_hides_nothing_in_itself():
-    mesh, centers, akin, owners = pair(0.0)
+    mesh, centers, compatible, owners = pair(0.0)
     source = enclosed_by(box((2 * SIDE, SIDE, SIDE), 3))
-    assert not behind_contact(mesh, owners, centers, np.ones_like(akin), source, STEP).any()
+    assert not behind_contact(mesh, owners, centers, np.ones_like(compatible), source, STEP).any()
 
 
 def test_triangles_beside_the_contact_may_belong_to_either_body():
-    mesh, centers, akin, _ = pair(0.0)
+    mesh, centers, compatible, _ = pair(0.0)
     found = possible_owners(mesh, centers, STEP)
     inner = mesh.vertices[mesh.triangles].mean(axis=1)
-    bodies = np.where(akin[0][found], 0, 1)
+    bodies = np.where(compatible[0][found], 0, 1)
     assert_array_equal(bodies[:, 0], np.repeat([0, 1], len(bodies) // 2))  # the nearest is the own one's
     either = (bodies != bodies[:, :1]).any(axis=1)
     side = (np.abs(inner[:, 1:]) > 0.49 * SIDE).any(axis=1)

@@ -3,7 +3,9 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from refmesh_addon.core.deformation.correspondence import Correspondence, Limits
+from refmesh_addon.core.deformation.correspondence import Correspondence
+from refmesh_addon.core.deformation.partners import Limits
+from refmesh_addon.core.deformation.surface_samples import SurfaceSampler
 from refmesh_addon.core.geometry.borders import barycentric, border_edges, on_border
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
@@ -28,6 +30,10 @@ def flipped(mesh):
 def with_seam(mesh):
     """Each triangle with three vertices of its own: the same surface, nothing shared."""
     return TriangleMesh(mesh.vertices[mesh.triangles].reshape(-1, 3), np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
+
+
+def between(source, reference, compatible=None):
+    return Correspondence(SurfaceIndex(source), SurfaceSampler(reference), compatible)
 
 
 def inner(mesh):
@@ -56,7 +62,7 @@ def test_vertices_over_a_hole_have_no_partner():
     hole = np.linalg.norm(source.vertices[source.triangles].mean(axis=1)[:, :2] - 0.5, axis=1) < 0.2
     open_source = TriangleMesh(source.vertices, source.triangles[~hole])
     reference = sheet(23, height=0.01)
-    pairs = Correspondence(SurfaceIndex(with_seam(open_source)), reference).from_reference(reference, LIMITS)
+    pairs = between(with_seam(open_source), reference).from_reference(reference, LIMITS)
     over = np.linalg.norm(reference.vertices[:, :2] - 0.5, axis=1) < 0.1
     assert over.sum() > 10
     assert not over[pairs.corners[:, 0]].any()
@@ -66,12 +72,12 @@ def test_vertices_over_a_hole_have_no_partner():
 
 def test_partners_need_nearness_and_agreeing_normals():
     reference = sheet(5, height=0.1)
-    source = SurfaceIndex(sheet(7))
-    correspondence = Correspondence(source, reference)
+    source = sheet(7)
+    correspondence = between(source, reference)
     for side in (correspondence.from_reference, correspondence.from_source):
         assert len(side(reference, LIMITS).corners) > 10
         assert len(side(reference, Limits(0.05, 0.5)).corners) == 0
-    turned = Correspondence(source, flipped(reference))
+    turned = between(source, flipped(reference))
     for side in (turned.from_reference, turned.from_source):
         assert len(side(flipped(reference), LIMITS).corners) == 0
 
@@ -79,7 +85,7 @@ def test_partners_need_nearness_and_agreeing_normals():
 def test_rows_turn_vertices_into_the_points_below_their_targets():
     reference = sheet(5, height=0.1)
     for side in (Correspondence.from_reference, Correspondence.from_source):
-        pairs = side(Correspondence(SurfaceIndex(sheet(7)), reference), reference, LIMITS)
+        pairs = side(between(sheet(7), reference), reference, LIMITS)
         points = pairs.rows(len(reference.vertices)) @ reference.vertices
         assert_allclose(points - pairs.targets, np.tile([0.0, 0.0, 0.1], (len(points), 1)), atol=1e-12)
 
@@ -87,8 +93,8 @@ def test_rows_turn_vertices_into_the_points_below_their_targets():
 def test_trust_falls_with_the_distance_and_ends_at_the_limit():
     def weights(height):
         reference = sheet(5, height)
-        pairs = Correspondence(SurfaceIndex(sheet(7)), reference).from_reference(reference, LIMITS)
-        return pairs.weights / Correspondence(SurfaceIndex(sheet(7)), reference).from_reference(reference, Limits(1e9, 0.5)).weights
+        pairs = between(sheet(7), reference).from_reference(reference, LIMITS)
+        return pairs.weights / between(sheet(7), reference).from_reference(reference, Limits(1e9, 0.5)).weights
 
     trust = [weights(share * LIMITS.distance) for share in (0.01, 0.5, 0.99)]
     for found, expected in zip(trust, (1.0, 0.5625, 0.0), strict=True):
@@ -102,7 +108,7 @@ def test_refused_pairs_are_left_out_in_both_directions():
         assert vertices.shape == triangles.shape
         return (reference.vertices[vertices, 0] < 0.5) & (source.vertices[source.triangles[triangles, 0], 0] < 0.5)
 
-    correspondence = Correspondence(SurfaceIndex(source), reference, left_half_only)
+    correspondence = between(source, reference, left_half_only)
     for side in (correspondence.from_reference, correspondence.from_source):
         targets = side(reference, LIMITS).targets
         assert len(targets) > 5
@@ -114,7 +120,7 @@ def test_what_has_no_partner_and_sticks_out_belongs_just_below():
     targets = {}
     for height in (0.1, -0.04, -0.06):
         inner_side = flipped(sheet(5, height))  # faces against the source: a second layer, which the source does not show
-        correspondence = Correspondence(SurfaceIndex(source), inner_side)
+        correspondence = between(source, inner_side)
         assert len(correspondence.from_reference(inner_side, LIMITS).targets) == 0
         pairs = correspondence.from_reference(inner_side, LIMITS, inset)
         targets[height] = pairs.targets[:, 2]
@@ -128,7 +134,7 @@ def test_the_bottom_of_a_crease_belongs_to_its_walls():
     source, wall = sheet(7), sheet(5)
     wall = wall.moved(np.column_stack([wall.vertices[:, 2] - 0.01, wall.vertices[:, 1], wall.vertices[:, 0] - 0.5]))  # upright, beside it
     for mesh, found in ((wall, True), (flipped(sheet(5, 0.1)), False)):  # what is turned away never
-        correspondence = Correspondence(SurfaceIndex(source), mesh)
+        correspondence = between(source, mesh)
         assert len(correspondence.from_source(mesh, LIMITS).targets) == 0
         assert (len(correspondence.from_source(mesh, LIMITS, beside=True).targets) > 10) == found
 
@@ -136,5 +142,5 @@ def test_the_bottom_of_a_crease_belongs_to_its_walls():
 def test_what_sticks_out_of_another_body_stays():
     inner_side = flipped(sheet(5, 0.1))
     nowhere = lambda vertices, triangles: np.zeros(len(vertices), dtype=bool)
-    pairs = Correspondence(SurfaceIndex(sheet(7)), inner_side, nowhere).from_reference(inner_side, LIMITS, 0.05)
+    pairs = between(sheet(7), inner_side, nowhere).from_reference(inner_side, LIMITS, 0.05)
     assert len(pairs.targets) == 0

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.arrays import to_arrays
 from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer, deform_reference
-from refmesh_addon.core.deformation.folds import folded_triangles
+from refmesh_addon.core.deformation.facing import Facing
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.reference.group import GroupCenters
 from refmesh_addon.core.reference.mapping import FrameMap
@@ -58,7 +58,7 @@ def test_the_fit_lies_on_the_source(scene):
     assert found.vertices.shape == scene[0].vertices.shape
     assert SurfaceIndex(mesh).query(found.vertices).distances.mean() < 0.002 * mesh.diagonal
     assert np.mean(found.held) < 0.2
-    assert not folded_triangles(scene[0].moved(found.vertices), scene[0], found.rotations).any()
+    assert not Facing(scene[0], found.rotations).folded(found.vertices).any()
     assert not found.hidden.any()
 
 

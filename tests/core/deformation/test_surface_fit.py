@@ -6,16 +6,16 @@ from numpy.testing import assert_allclose
 
 from refmesh_addon.core.deformation import surface_fit
 from refmesh_addon.core.deformation.arap import ArapSolver
+from refmesh_addon.core.deformation.correspondence import Correspondence
 from refmesh_addon.core.deformation.surface_fit import fit_surface
+from refmesh_addon.core.deformation.surface_samples import SurfaceSampler
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.geometry.mesh import mean_edge_length, triangle_areas, triangle_normals, vertex_normals
 from refmesh_addon.core.geometry.rotations import closest_rotations
-from refmesh_addon.core.settings import DeformationSettings
 from refmesh_addon.core.types import TriangleMesh
 from tests.core.bending_bar import bar, bent
 from tests.core.shapes import ball, joined
 
-SETTINGS = DeformationSettings()
 REFERENCE = bar(60, 24, uneven=0.15, seed=1)
 BENT = bent(REFERENCE.vertices)
 MEAN_EDGE = mean_edge_length(REFERENCE)
@@ -34,8 +34,12 @@ def smooth_error(points, size):
     return field * size / np.linalg.norm(field, axis=1).mean()
 
 
-def fit(start, source, compatible=None, settings=SETTINGS):
-    return fit_surface(ArapSolver(REFERENCE, settings.smoothness), start, SurfaceIndex(source), settings, compatible)
+def between(source, reference=REFERENCE, compatible=None):
+    return Correspondence(SurfaceIndex(source), SurfaceSampler(reference), compatible)
+
+
+def fit(start, source, compatible=None, rounds=6):
+    return fit_surface(ArapSolver(REFERENCE), start, between(source, compatible=compatible), rounds)
 
 
 def along_surface(offsets, mesh):
@@ -80,8 +84,8 @@ def test_turning_shifting_and_scaling_the_problem_does_so_to_the_answer():
         return 100.0 * points @ turn.T + [2e3, -3e3, 1e3]
 
     expected = carry(fit(start, source).vertices)
-    carried = ArapSolver(REFERENCE.moved(carry(REFERENCE.vertices)), SETTINGS.smoothness)
-    result = fit_surface(carried, carry(start), SurfaceIndex(source.moved(carry(source.vertices))), SETTINGS)
+    carried = ArapSolver(REFERENCE.moved(carry(REFERENCE.vertices)))
+    result = fit_surface(carried, carry(start), between(source.moved(carry(source.vertices)), carried.mesh))
     assert_allclose(result.vertices, expected, atol=1e-3 * 100 * MEAN_EDGE)
 
 
@@ -136,18 +140,18 @@ def test_a_hidden_layer_that_pokes_through_is_pushed_below():
     start[count:][bump] *= 1.04 / 0.9
     outside = lambda positions: np.linalg.norm(positions[count:], axis=1) - 1.0
     assert outside(start)[bump].min() > 0.03
-    fitted = fit_surface(ArapSolver(both), start, SurfaceIndex(source), SETTINGS)
+    fitted = fit_surface(ArapSolver(both), start, between(source, both))
     assert outside(fitted.vertices).max() < 0
     assert_allclose(fitted.vertices[:count], start[:count], atol=0.05 * mean_edge_length(outer))
 
 
 def test_a_finer_mesh_reaches_no_more_edges_in_the_last_round(monkeypatch):
-    size, settings = np.sqrt(triangle_areas(REFERENCE).sum()), DeformationSettings(fit_rounds=1)
+    size = np.sqrt(triangle_areas(REFERENCE).sum())
     source = REFERENCE.moved(BENT + 0.8 * surface_fit.REACH[1] * size * vertex_normals(REFERENCE.moved(BENT)))
     held = []
     for edges in (surface_fit.LAST_EDGES, 0.5 * surface_fit.REACH[1] * size / MEAN_EDGE):
         monkeypatch.setattr(surface_fit, "LAST_EDGES", edges)
-        held.append(fit(BENT, source, settings=settings).held.mean())
+        held.append(fit(BENT, source, rounds=1).held.mean())
     assert held[0] < 0.05 and held[1] > 0.95
 
 
@@ -160,9 +164,9 @@ def test_a_source_out_of_reach_leaves_everything_in_place():
 
 def test_progress_ends_at_one_and_no_round_gives_the_start():
     shares = []
-    fit_surface(ArapSolver(REFERENCE), BENT, SurfaceIndex(bent_source()), DeformationSettings(fit_rounds=2), progress=shares.append)
+    fit_surface(ArapSolver(REFERENCE), BENT, between(bent_source()), 2, progress=shares.append)
     assert shares == [0.5, 1.0]
-    result = fit(BENT, bent_source(), settings=DeformationSettings(fit_rounds=0))
+    result = fit(BENT, bent_source(), rounds=0)
     assert np.array_equal(result.vertices, BENT)
     assert result.held.all()
 
