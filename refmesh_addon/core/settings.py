@@ -20,6 +20,11 @@ def option(default, help: str, *, low=None, high=None, choices: dict[str, str] |
     return field(default=default, metadata={"help": help, "low": low, "high": high, "choices": choices, "label": label})
 
 
+def setting_names(stage: str) -> list[str]:
+    """Names of the settings of one of STAGES, in order."""
+    return [item.name for item in fields(getattr(Settings, stage))]
+
+
 def _check_value(item: Field, value: object) -> None:
     """Raises RefMeshError, naming the option, for a value that the setting does not take."""
     choices, low, high = item.metadata["choices"], item.metadata["low"], item.metadata["high"]
@@ -221,6 +226,9 @@ class Settings:
             names = {item.name for item in fields(_stage_type(stage))}
             stages[stage.name] = _stage_type(stage)(**{name: value for name, value in values.items() if name in names})
         return cls(**stages)
+
+
+STAGES = tuple(stage.name for stage in fields(Settings))  # in the order in which they run
 
 
 def flat_fields() -> list:

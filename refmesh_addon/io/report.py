@@ -16,7 +16,7 @@ from .files import write_json
 from .sequence import Sequence
 
 SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not raise it
-REPORT_NAME = "report.json"
+REPORT_NAME, DEFORMED_FOLDER = "report.json", "deformed"  # in the output folder
 PACKAGES = ("numpy", "scipy", "trimesh", "pillow", "xatlas")
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
@@ -115,6 +115,11 @@ class Report:
         path = Path(output) / REPORT_NAME
         write_json(path, self.to_dict())
         return path
+
+
+def deformed_path(number: int) -> str:
+    """The deformed mesh of a frame, by its number; relative to the output folder."""
+    return f"{DEFORMED_FOLDER}/frame_{number:04d}.ply"
 
 
 def read_report(output: str | Path) -> dict[str, object]:

@@ -3,17 +3,14 @@
 No `from __future__ import annotations` here: Blender reads the annotations as values.
 """
 
-from dataclasses import fields
-
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..core.findings import CENTER_ATTRIBUTES
-from ..core.settings import Settings
+from ..core.settings import STAGES
 from .settings import RefMeshSettings, title
 from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors
 
-STAGES = tuple(stage.name for stage in fields(Settings))  # the steps a sequence goes through, in order
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 UNKNOWN = -1.0  # a distance that has not been measured

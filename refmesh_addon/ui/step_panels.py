@@ -1,11 +1,9 @@
 """The steps that compute something, each with its settings, its button and its status."""
 
-from dataclasses import fields
-
 import bpy
 
 from ..bridge.results.status import first_to_run, step_status
-from ..core.settings import Settings
+from ..core.settings import setting_names
 from ..properties.selection import sequence_object
 from .layout import SequencePanel, describe_seconds, draw_wrapped
 
@@ -48,7 +46,7 @@ class StepPanel(SequencePanel):
     @classmethod
     def shown_settings(cls):
         """Names of the settings of this stage."""
-        return [setting.name for setting in fields(getattr(Settings, cls.stage))]
+        return setting_names(cls.stage)
 
 
 class REFMESH_PT_track(StepPanel, bpy.types.Panel):
@@ -93,7 +91,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
 
     @classmethod
     def shown_settings(cls):
-        return [*super().shown_settings(), *(setting.name for setting in fields(Settings.evaluation))]
+        return [*super().shown_settings(), *setting_names("evaluation")]
 
     def draw(self, context):
         super().draw(context)

@@ -8,7 +8,8 @@ from pathlib import Path
 import bpy
 import pytest
 
-from refmesh_addon.bridge.results.status import STAGES, step_status
+from refmesh_addon.bridge.results.status import step_status
+from refmesh_addon.core.settings import STAGES
 
 from .test_jobs import TINY
 

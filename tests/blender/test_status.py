@@ -6,7 +6,8 @@ import json
 
 import pytest
 
-from refmesh_addon.bridge.results.status import STAGES, first_to_run, step_status, used_settings
+from refmesh_addon.bridge.results.status import first_to_run, step_status, used_settings
+from refmesh_addon.core.settings import STAGES
 from refmesh_addon.ui.layout import describe_seconds
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...core.errors import RefMeshError
 from ...core.evaluation.error_scale import to_linear
 from ...io.ply import read_colors
+from ...io.report import deformed_path
 from ..scene.materials import attribute_material
 from ..scene.meshes import COLOR_NAME, set_colors
 from .groups import deformed_material
@@ -42,7 +43,7 @@ def show_errors(owner: bpy.types.Object, scene_frame: int) -> None:
     if frame.name == state.heat_map_frame:
         return
     group = max((item for item in state.groups if item.start <= frame.scene_frame), key=lambda item: item.start)
-    colors = read_error_colors(Path(bpy.path.abspath(state.output)) / "deformed" / f"frame_{int(frame.name):04d}.ply")
+    colors = read_error_colors(Path(bpy.path.abspath(state.output)) / deformed_path(int(frame.name)))
     if group.deformed is None or len(colors) != len(group.deformed.data.vertices):
         raise RefMeshError(f"frame {frame.name}: its errors are those of another mesh; run Measure Distance again")
     set_colors(group.deformed.data, colors)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...core.settings import Settings, flat_fields
+from ...core.settings import STAGES, flat_fields
 from ...io.frame_range import format_selection, parse_ranges
 from ..scene.markers import show_markers
 from .centers import show_centers
@@ -19,7 +18,6 @@ from .heat_map import switch_heat_map
 from .reading import Results
 from .status import used_settings
 
-STAGES = tuple(stage.name for stage in fields(Settings))
 SIDE_STEP = 1.25  # distance of source, centers, reference and result, in widths of the whole motion: they never overlap
 
 SceneUpdate = Callable[[bpy.types.Object], None]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from ...core.settings import Settings
+from ...core.settings import STAGES, setting_names
 
-STAGES = {stage.name: [setting.name for setting in fields(type(stage.default))] for stage in fields(Settings)}
 STEP_NAMES = {"tracking": "Track", "reference": "Reference", "deformation": "Deform", "evaluation": "Measure Distance"}
 
 
@@ -44,7 +43,7 @@ def step_status(state, stage: str) -> StepStatus:
 
 def first_to_run(state, stage: str) -> str:
     """Name of the step that a job up to `stage` begins with; "" when all are up to date."""
-    for name in list(STAGES)[: list(STAGES).index(stage) + 1]:
+    for name in STAGES[: STAGES.index(stage) + 1]:
         if step_status(state, name).kind != "current":
             return STEP_NAMES[name]
     return ""
@@ -58,14 +57,20 @@ def _first_change(results: dict, stage: str, settings: dict[str, object], frames
     """Describes the first difference in what a stage or one before it depends on; "" when there is none."""
     if results["frames"] != frames:
         return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"
-    for name, names in STAGES.items():
-        # Where tracking starts anew with each group, it depends on the groups too.
-        for setting in [*names, "group_size", "group_starts"] if settings.get("tracking") == "group" else names:
-            then, now = results["settings"].get(setting), settings.get(setting)
-            if then != now and setting == "apart":
-                return "other bodies are marked to be apart"
-            if then != now:
-                return f"{setting.replace('_', ' ')} was {then if then != '' else 'empty'}, is {now if now != '' else 'empty'} now"
-        if name == stage:
-            return ""
+    for name in STAGES[: STAGES.index(stage) + 1]:
+        for setting in _dependencies(name, settings):
+            before, now = results["settings"].get(setting), settings.get(setting)
+            if before != now:
+                return _describe_change(setting, before, now)
     return ""
+
+
+def _describe_change(setting: str, before: object, now: object) -> str:
+    if setting == "apart":
+        return "other bodies are marked to be apart"
+    return f"{setting.replace('_', ' ')} was {'empty' if before == '' else before}, is {'empty' if now == '' else now} now"
+
+
+def _dependencies(stage: str, settings: dict[str, object]) -> list[str]:
+    """Names of the settings that a stage depends on. Tracking that starts anew with each group depends on the groups too."""
+    return setting_names(stage) + (["group_size", "group_starts"] if settings.get("tracking") == "group" else [])

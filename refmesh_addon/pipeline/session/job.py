@@ -6,11 +6,10 @@ import json
 from dataclasses import dataclass, field
 
 from ...core.errors import RefMeshError
-from ...core.settings import Settings
+from ...core.settings import STAGES, Settings
 
 CACHE_FOLDER = "cache"  # in the output folder: ours, nobody else's
 CHECK = "sequence"  # looks at the frames only; no other stage needs it
-STAGES = ("tracking", "reference", "deformation", "evaluation")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
-from ...io.report import FrameReport
+from ...io.report import DEFORMED_FOLDER, FrameReport, deformed_path
 from ...io.sequence import held_frames
 from ..session.cache import KEY_LENGTH, digest
 from ..session.context import Context
@@ -81,7 +81,7 @@ def _finished(context: Context, group: Group, key: str) -> tuple[dict[int, Trian
     meshes = {frame: group.mesh.moved(positions) for frame, positions in zip(entries, placed, strict=True)}
     speeds = np.gradient(placed, times, axis=0) if len(times) > 1 else np.zeros_like(placed)
     velocities = dict(zip(entries, speeds, strict=True))
-    output_folder(context.output / "deformed")
+    output_folder(context.output / DEFORMED_FOLDER)
     for frame, facing in zip(group.frames, facings, strict=False):
         entry = entries[frame]
         flipped = facing.folded(meshes[frame].vertices) & ~entry.curled
@@ -102,7 +102,7 @@ def _read_again(context: Context, group: Group, frame: int, key: str) -> Deforme
 def _reported(context: Context, group: Group, frame: int, flags: tuple[np.ndarray, np.ndarray, np.ndarray]) -> FrameReport:
     number = context.numbers[frame]
     flipped, held, hidden = (float(flag.mean()) for flag in flags)
-    entry = FrameReport(number, group.index, f"deformed/frame_{number:04d}.ply", flipped, held, hidden)
+    entry = FrameReport(number, group.index, deformed_path(number), flipped, held, hidden)
     context.report.frames.append(entry)
     if flipped > FLIPPED_WARNING:
         context.warn(f"frame {number}: {flipped:.2%} of the triangles are flipped; a smaller --group-size may serve it better")
