@@ -6,53 +6,15 @@ length, or shares of the bounding-box diagonal, so that scaling the input scales
 
 from __future__ import annotations
 
-from dataclasses import Field, asdict, dataclass, field, fields
+from dataclasses import Field, asdict, dataclass, fields
 from typing import Any
 
 from .errors import RefMeshError
-
-
-def option(default, help: str, *, low=None, high=None, choices: dict[str, str] | None = None, label: str | None = None):
-    """A dataclass field that carries what a panel or a command line needs to show it.
-
-    low, high : inclusive bounds of a number.  choices : name -> one-line explanation.  label : words for the panel.
-    """
-    return field(default=default, metadata={"help": help, "low": low, "high": high, "choices": choices, "label": label})
-
-
-def setting_names(stage: str) -> list[str]:
-    """Names of the settings of one of STAGES, in order."""
-    return [item.name for item in fields(getattr(Settings, stage))]
-
-
-def _check_value(item: Field, value: object) -> None:
-    """Raises RefMeshError, naming the option, for a value that the setting does not take."""
-    choices, low, high = item.metadata["choices"], item.metadata["low"], item.metadata["high"]
-    flag = "--" + item.name.replace("_", "-")
-    if choices is not None:
-        if value not in choices:
-            raise RefMeshError(f"{flag} is '{value}': choose one of {', '.join(choices)}")
-    elif isinstance(item.default, str):
-        if not isinstance(value, str):
-            raise RefMeshError(f"{flag} is {value}: give a text")
-    else:
-        integer = isinstance(item.default, int)
-        number = isinstance(value, int if integer else (int, float)) and not isinstance(value, bool)
-        if not number or not low <= value <= high:
-            raise RefMeshError(f"{flag} is {value}: give a {'whole number' if integer else 'number'} from {low} to {high}")
-
-
-class _KnownChoices:
-    """Refuses unknown choices as soon as the settings of a stage are built, not only in `Settings.from_flat`."""
-
-    def __post_init__(self):
-        for item in fields(self):  # type: ignore[arg-type]  # only dataclasses derive from this
-            if item.metadata["choices"] is not None:
-                _check_value(item, getattr(self, item.name))
+from .options import StageSettings, check_value, option
 
 
 @dataclass(frozen=True)
-class TrackingSettings(_KnownChoices):
+class TrackingSettings(StageSettings):
     """Volume tracking: centers that follow the inside of the body through the sequence."""
 
     centers: int = option(
@@ -63,66 +25,66 @@ class TrackingSettings(_KnownChoices):
     )
     tracking: str = option(
         "sequence",
-        "How far a center is followed before tracking starts anew",
+        "How long centers are followed before tracking starts anew",
         choices={
             "sequence": "Through the whole sequence",
-            "group": "Through the frames that share a reference mesh: nothing piles up, bodies that come late get their centers, "
-            "and groups share the cores; at each group centers step to new places",
+            "group": "Through the frames that share a reference mesh: errors do not accumulate, bodies that appear late get centers, "
+            "and groups run in parallel; between groups centers step to new places",
         },
         label="Track Over",
     )
     affinity: str = option(
         "max",
-        "How strongly two centers are taken to belong together over time",
+        "How the affinity of two centers develops over time",
         choices={
-            "max": "The largest separation and the largest disagreement of motion ever seen decide",
-            "iir": "Old disagreement fades with time",
+            "max": "Largest separation and largest disagreement of motion so far",
+            "iir": "Old disagreement of motion fades with time",
         },
     )
     global_rounds: int = option(
         0,
-        "Rounds that optimise all frames together after forward tracking: more even, steadier, and slower",
+        "Rounds that optimize all frames together after forward tracking: more uniform and more stable, but slower",
         low=0,
         high=10,
     )
 
 
 @dataclass(frozen=True)
-class ReferenceSettings(_KnownChoices):
+class ReferenceSettings(StageSettings):
     """One reference mesh for each group of frames."""
 
     group_size: int = option(
         5,
-        "Frames that share one reference mesh; 0 (auto) chooses groups by content: they end where bodies have deformed much, or where "
-        "something appears or leaves, and see apart what touches",
+        "Frames that share one reference mesh; 0 (auto) chooses groups by content: they end where bodies have deformed much or where "
+        "something appears or leaves, and include frames that show touching bodies apart",
         low=0,
         high=1000,
     )
-    longest_group: int = option(10, "Most frames of a group when groups are chosen by content", low=1, high=1000)
+    longest_group: int = option(10, "Maximum number of frames of a group when groups are chosen by content", low=1, high=1000)
     group_starts: str = option(
         "",
-        "Frames, by the numbers of their files, that begin a group, such as 48,55; empty leaves it to the group size",
+        "Frames, by the numbers of their files, that begin a group, such as 48,55; empty: by group size",
         label="Groups Begin at",
     )
     apart: str = option(
         "",
-        "Bodies that touch all the time and are to be apart in the reference mesh, by points in a frame: '48: x y z, x y z | x y z' "
-        "is frame 48, two points of one body, one point of another; what belongs to each is found from there",
+        "Bodies that always touch but must be separate in the reference mesh, by points in a frame: '48: x y z, x y z | x y z' "
+        "is frame 48, two points on one body, one point on another; the bodies are segmented from there",
         label="Bodies Apart",
     )
     stress: str = option(
         "plain",
-        "Which distances between centers the reference centers keep first",
+        "How distances between centers are weighted when reference centers are placed",
         choices={
-            "plain": "All alike, as in the paper",
-            "near": "Those between near centers: local shape counts more than distances across the body",
+            "plain": "All equally, as in the paper",
+            "near": "Short ones more: local shape counts more than distances across the body",
         },
     )
     mapping: str = option(
         "affinity",
         "How frames are carried to the reference positions",
         choices={
-            "affinity": "Blend the rigid motions of centers that move together; tears where bodies part",
+            "affinity": "Blend of the rigid motions of centers that move together; tears where bodies part",
             "rbf": "Thin-plate spline through all centers, as in the paper; smooth, so it cannot tear",
         },
     )
@@ -150,30 +112,30 @@ class ReferenceSettings(_KnownChoices):
 
 
 @dataclass(frozen=True)
-class DeformationSettings(_KnownChoices):
+class DeformationSettings(StageSettings):
     """The reference mesh deformed to every frame of its group."""
 
     keypoint_search: str = option(
         "guided",
-        "Where partners of a reference key point are looked for",
+        "Where the match of a reference key point is searched",
         choices={
-            "guided": "Near the place where the tracked centers carry it",
+            "guided": "Near the place that the tracked centers carry it to",
             "unlimited": "Among all key points of the frame, as in the paper",
         },
         label="Key-Point Search",
     )
     keypoint_fit: str = option(
         "fixed",
-        "How the surroundings of two key points are laid on each other",
+        "How the patches around two key points are registered",
         choices={
-            "fixed": "Turned about the key point, which stays: tells the palm from the back of the hand",
+            "fixed": "Rotated about the key point: distinguishes the palm from the back of the hand",
             "free": "Best rigid fit, as earlier methods do; for comparison",
         },
         label="Key-Point Fit",
     )
     arap_iterations: int = option(
         10,
-        "Most rounds of the deformation by key points, each local and global; it ends sooner where nothing moves",
+        "Maximum number of local/global iterations of the deformation by key points; it ends sooner where it has converged",
         low=1,
         high=1000,
         label="ARAP Iterations",
@@ -184,14 +146,14 @@ class DeformationSettings(_KnownChoices):
     )
     steady_frames: int = option(
         2,
-        "Frames to either side that help to bring vertices to rest which tremble along the surface; 0 leaves each frame by itself",
+        "Frames to either side over which the sliding of vertices along the surface is smoothed; 0 leaves each frame as it is",
         low=0,
         high=100,
     )
 
 
 @dataclass(frozen=True)
-class EvaluationSettings(_KnownChoices):
+class EvaluationSettings(StageSettings):
     """Two-sided distance between each source frame and its deformed reference."""
 
     samples: int = option(50_000, "Points sampled on each surface when distances are measured", low=100, high=5_000_000)
@@ -220,7 +182,7 @@ class Settings:
         for name, value in values.items():
             if name not in known:
                 raise RefMeshError(f"unknown setting '{name}': the settings are {', '.join(sorted(known))}")
-            _check_value(known[name], value)
+            check_value(known[name], value)
         stages = {}
         for stage in fields(cls):
             names = {item.name for item in fields(_stage_type(stage))}
@@ -236,6 +198,11 @@ def flat_fields() -> list:
     return [item for stage in fields(Settings) for item in fields(_stage_type(stage))]
 
 
+def setting_names(stage: str) -> list[str]:
+    """Names of the settings of one of STAGES, in order."""
+    return [item.name for item in fields(getattr(Settings, stage))]
+
+
 def choices_of(name: str) -> tuple[str, ...]:
     """The known values of a setting that chooses between named variants."""
     return next(tuple(item.metadata["choices"]) for item in flat_fields() if item.name == name)
@@ -246,7 +213,7 @@ def _stage_type(stage: Field) -> Any:
     return type(stage.default)
 
 
-EDITS = ("group_starts", "apart")  # what a person noted about one sequence: no preset knows it, so none changes it
+EDITS = ("group_starts", "apart")  # notes of the user on one sequence, which no preset changes
 # What each preset changes; everything else keeps its default.
 PRESETS: dict[str, dict[str, object]] = {
     "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},
