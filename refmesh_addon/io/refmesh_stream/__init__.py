@@ -1,1 +1,0 @@
-"""The compressed export: .refmesh files."""
