@@ -1,7 +1,7 @@
-"""Fewer triangles by quadric edge collapses, many at a time.
+"""Decimation by quadric edge collapses, many at a time.
 
-Garland & Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997. Instead of a queue, each round
-collapses all edges that are the cheapest around them: these do not touch each other, so they can be done together.
+Garland & Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997. Instead of taking edges from a queue, each round
+collapses all that are cheaper than every edge around them: these are independent of each other.
 """
 
 from __future__ import annotations
@@ -11,45 +11,47 @@ from scipy import sparse
 
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import submesh, triangle_areas, triangle_normals, triangle_shapes, vertex_triangle_incidence
-from ..geometry.vectors import row_dot
+from ..geometry.vectors import TINY, row_dot
 from ..types import TriangleMesh
 
-EVENNESS = 0.02  # cost of length in flat places against the cost of leaving the planes, so that triangles stay even
-LEAST_COSINE = 0.3  # between the normals of a triangle before and after
-LEAST_QUALITY = 0.3  # 1 for a regular triangle; a collapse must not leave worse ones, unless they were as bad before
-PULL = 1e-3  # of the new vertex to the edge's middle, where the planes leave it free
+EVENNESS = 0.02  # weight of an edge's squared length against the distance from the planes, so that flat regions get even triangles
+LEAST_COSINE = 0.3  # between the normals of a triangle before and after a collapse
+LEAST_QUALITY = 0.3  # of a triangle after a collapse, 1 for an equilateral one, unless it was as bad before
+PULL = 1e-3  # weight that draws the new vertex to the midpoint of its edge where the planes do not determine it
 
 
 def collapsed(mesh: TriangleMesh, triangles: int, frozen: np.ndarray) -> tuple[TriangleMesh, np.ndarray]:
-    """The surface with at most `triangles` triangles, or as few as its shape and topology allow; and which vertices are left, (R,).
+    """The surface with at most `triangles` triangles, or as few as its shape and topology allow; and which vertices remain, (R,).
 
-    mesh : each edge with one or two triangles. Closed surfaces stay closed manifolds; vertices at a border stay.
-    frozen : (V,) True for vertices that stay as they are.
+    mesh : each edge with one or two triangles. Closed manifolds stay closed manifolds; boundary vertices stay.
+    frozen : (V,) bool, vertices that stay as they are.
     """
-    middle, scale = mesh.vertices.mean(axis=0), mesh.diagonal
-    vertices, faces = (mesh.vertices - middle) / scale, mesh.triangles.astype(np.int64)
+    center, scale = mesh.vertices.mean(axis=0), mesh.diagonal
+    vertices, faces = (mesh.vertices - center) / scale, mesh.triangles.astype(np.int64)
     planes = _vertex_planes(mesh.moved(vertices))
     refused = np.zeros(0, dtype=np.int64)
     while len(faces) > triangles:
         edges, opposite = _inner_edges(faces, len(vertices))
-        places, costs = _placed(vertices, planes, edges)
-        costs[np.isin(edges @ [len(vertices), 1], refused) | frozen[edges].any(axis=1)] = np.inf
+        positions, costs = _best_positions(vertices, planes, edges)
+        keys = edges @ [len(vertices), 1]
+        costs[np.isin(keys, refused) | frozen[edges].any(axis=1)] = np.inf
         tried = _cheapest_around(edges, costs, faces, len(vertices))
-        fit = _keeps_topology(edges[tried], opposite[tried], faces, len(vertices))
-        fit[fit] = _keeps_shape(vertices, faces, edges[tried[fit]], places[tried[fit]])
         if not len(tried):
             break
-        refused = np.concatenate([refused, edges[tried[~fit]] @ [len(vertices), 1]])
-        chosen = tried[fit][np.argsort(costs[tried[fit]], kind="stable")][: (len(faces) - triangles + 1) // 2]
+        fits = _keeps_topology(edges[tried], opposite[tried], faces, len(vertices))
+        fits[fits] = _keeps_shape(vertices, faces, edges[tried[fits]], positions[tried[fits]])
+        refused = np.concatenate([refused, keys[tried[~fits]]])
+        cheapest = np.argsort(costs[tried[fits]], kind="stable")[: (len(faces) - triangles + 1) // 2]  # a collapse removes two triangles
+        chosen = tried[fits][cheapest]
         kept, gone = edges[chosen].T
-        vertices[kept], planes[kept] = places[chosen], planes[kept] + planes[gone]
+        vertices[kept], planes[kept] = positions[chosen], planes[kept] + planes[gone]
         faces = _renamed(faces, gone, kept, len(vertices))
-    places = np.where(frozen[:, None], mesh.vertices, vertices * scale + middle)
-    return submesh(TriangleMesh(places, faces))
+    positions = np.where(frozen[:, None], mesh.vertices, vertices * scale + center)
+    return submesh(TriangleMesh(positions, faces))
 
 
 def _vertex_planes(mesh: TriangleMesh) -> np.ndarray:
-    """(V, 4, 4) sums over a vertex's triangles of area times the outer product of their planes."""
+    """(V, 4, 4) quadrics: sums over the triangles at a vertex of area times the outer product of the plane with itself."""
     normals = triangle_normals(mesh)
     planes = np.column_stack([normals, -row_dot(normals, mesh.vertices[mesh.triangles[:, 0]])])
     products = (triangle_areas(mesh)[:, None, None] * planes[:, :, None] * planes[:, None]).reshape(-1, 16)
@@ -57,30 +59,30 @@ def _vertex_planes(mesh: TriangleMesh) -> np.ndarray:
 
 
 def _inner_edges(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """(E, 2) edges with two triangles and no end at a border, and the (E, 2) corners opposite to them."""
+    """(E, 2) edges with two triangles and no end on the boundary, and the (E, 2) corners opposite to them."""
     table = HalfEdges(faces, count)
-    inner_edges, border = table.edges[table.face_counts == 2], np.zeros(count, dtype=bool)
-    border[table.edges[table.face_counts != 2]] = True
-    inner = ~border[inner_edges].any(axis=1)
-    return inner_edges[inner], table.previous[table.pairs[inner]]
+    edges, boundary = table.edges[table.face_counts == 2], np.zeros(count, dtype=bool)
+    boundary[table.edges[table.face_counts != 2]] = True
+    inner = ~boundary[edges].any(axis=1)
+    return edges[inner], table.previous[table.pairs[inner]]
 
 
-def _placed(vertices: np.ndarray, planes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Best place (E, 3) of the vertex that an edge would shrink to, and its cost (E,)."""
+def _best_positions(vertices: np.ndarray, planes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Best position (E, 3) of the vertex that an edge would collapse to, and its cost (E,)."""
     both = planes[edges[:, 0]] + planes[edges[:, 1]]
-    middle, along = vertices[edges].mean(axis=1), vertices[edges[:, 1]] - vertices[edges[:, 0]]
-    weight = np.trace(both[:, :3, :3], axis1=1, axis2=2)  # the area of all planes, as normals have length 1
-    pull = np.maximum(PULL * weight, np.finfo(float).tiny)
+    midpoint, along = vertices[edges].mean(axis=1), vertices[edges[:, 1]] - vertices[edges[:, 0]]
+    weight = np.trace(both[:, :3, :3], axis1=1, axis2=2)  # the area of all planes, as their normals have unit length
+    pull = np.maximum(PULL * weight, TINY)
     matrix = both[:, :3, :3] + pull[:, None, None] * np.eye(3)
-    places = np.linalg.solve(matrix, (pull[:, None] * middle - both[:, :3, 3])[:, :, None])[:, :, 0]
-    far = np.linalg.norm(places - middle, axis=1) > np.linalg.norm(along, axis=1)
-    places[far] = middle[far]
-    point = np.column_stack([places, np.ones(len(places))])
-    return places, np.einsum("ei,eij,ej->e", point, both, point) + EVENNESS * weight * (along**2).sum(axis=1)
+    positions = np.linalg.solve(matrix, (pull[:, None] * midpoint - both[:, :3, 3])[:, :, None])[:, :, 0]
+    far = np.linalg.norm(positions - midpoint, axis=1) > np.linalg.norm(along, axis=1)
+    positions[far] = midpoint[far]
+    point = np.column_stack([positions, np.ones(len(positions))])
+    return positions, np.einsum("ei,eij,ej->e", point, both, point) + EVENNESS * weight * (along**2).sum(axis=1)
 
 
 def _cheapest_around(edges: np.ndarray, costs: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """Indices of the edges that are cheaper than every edge at a neighbor of their ends."""
+    """Indices of the edges that are cheaper than all others at their ends and at the neighbors of these."""
     rank = np.empty(len(edges), dtype=np.int64)
     rank[np.argsort(costs, kind="stable")] = np.arange(len(edges))
     least = np.full(count, len(edges))
@@ -94,7 +96,7 @@ def _cheapest_around(edges: np.ndarray, costs: np.ndarray, faces: np.ndarray, co
 
 
 def _keeps_topology(edges: np.ndarray, opposite: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
-    """(E,) True where the ends have only the two opposite corners as common neighbors, which keep three neighbors (link condition)."""
+    """(E,) bool, whether the two opposite corners are the only common neighbors of the ends, and keep three neighbors (link condition)."""
     start, end = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
     links = sparse.csr_matrix((np.ones(len(start)), (start, end)), shape=(count, count))
     links.data[:] = 1
@@ -102,21 +104,21 @@ def _keeps_topology(edges: np.ndarray, opposite: np.ndarray, faces: np.ndarray, 
     return (common == 2) & (np.diff(links.indptr)[opposite] > 3).all(axis=1)
 
 
-def _keeps_shape(vertices: np.ndarray, faces: np.ndarray, edges: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """(E,) True where no triangle that stays turns over or becomes a sliver. Edges must not have neighbors in common."""
+def _keeps_shape(vertices: np.ndarray, faces: np.ndarray, edges: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """(E,) bool, whether no remaining triangle flips or becomes a sliver. No two of the edges may have a neighbor in common."""
     owner = np.full(len(vertices), -1)
     owner[edges] = np.arange(len(edges))[:, None]
     touched = faces[(owner[faces] >= 0).sum(axis=1) == 1]
     edge = owner[touched].max(axis=1)
     before = vertices[touched]
-    after = np.where((owner[touched] >= 0)[:, :, None], places[edge][:, None], before)
+    after = np.where((owner[touched] >= 0)[:, :, None], positions[edge][:, None], before)
     (old, old_quality), (new, new_quality) = triangle_shapes(before), triangle_shapes(after)
     bad = (row_dot(old, new) < LEAST_COSINE) | (new_quality < np.minimum(LEAST_QUALITY, old_quality))
     return np.bincount(edge[bad], minlength=len(edges)) == 0
 
 
 def _renamed(faces: np.ndarray, gone: np.ndarray, kept: np.ndarray, count: int) -> np.ndarray:
-    """The triangles that are left when vertices become others."""
+    """The triangles that remain when each `gone` vertex becomes the `kept` one."""
     target = np.arange(count)
     target[gone] = kept
     faces = target[faces]

@@ -1,7 +1,7 @@
-"""Better shaped triangles on the same surface: edges flipped, vertices moved along the surface and put back onto it.
+"""Regularization by edge flips and tangential smoothing: better triangles on the same surface.
 
-The flips and the tangential smoothing of Botsch & Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004, here
-all those at a time that do not touch each other.
+Botsch & Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004; here all flips at a time that are independent of each
+other.
 """
 
 from __future__ import annotations
@@ -16,17 +16,19 @@ from ..geometry.tangents import tangential_part
 from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 
-ROUNDS = 2  # of flips and smoothing; more of them even out what the collapses had fitted to the shape
+ROUNDS = 2  # of flips and smoothing; more of them undo what the collapses had adapted to the shape
 FLIPS = 3  # passes of flips in a round
 FLATNESS = 0.8  # least cosine between the two triangles of an edge that is flipped, and between theirs before and after
-LEAST_GAIN = 0.02  # of the worse of the two qualities
-STEP = 0.5  # share of the way to the middle of the neighbors
+LEAST_GAIN = 0.02  # by which a flip must raise the lower quality of its two triangles
+STEP = 0.5  # share of the way to the mean of the neighbors
+LEAST_COSINE = FLATNESS / 2  # between the normals of a triangle before and after smoothing
+MOST_RESETS = 3  # rounds that put vertices back, after which their neighbors' triangles may turn over in turn
 
 
 def regularized(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
-    """The closed mesh with as many vertices and triangles, of better shape, its moved vertices on `surface`.
+    """A mesh with as many vertices and triangles of better shape, its moved vertices on `surface`.
 
-    frozen : (V,) True for vertices that stay, with the edges at them.
+    mesh : edges with other than two triangles are not flipped.  frozen : (V,) bool, vertices that stay, with the edges at them.
     """
     for _ in range(ROUNDS):
         for _ in range(FLIPS):
@@ -36,12 +38,12 @@ def regularized(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -
 
 
 def quality(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T,) of each triangle, as `triangle_shapes` has it."""
+    """(T,) quality of each triangle, as from `triangle_shapes`."""
     return triangle_shapes(vertices[triangles])[1]
 
 
 def _flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
-    """The mesh with the edges flipped that gain most among those of their two triangles."""
+    """The mesh with those edges flipped that gain more than the other edges of their two triangles."""
     vertices, triangles, count = mesh.vertices, mesh.triangles.astype(np.int64), len(mesh.vertices)
     table = HalfEdges(triangles, count)
     half_edges = table.pairs
@@ -52,40 +54,39 @@ def _flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
     gain = np.minimum(quality(vertices, first), quality(vertices, second)) - before
     normals = triangle_normals(mesh)[pairs]
     flat = row_dot(*normals) > FLATNESS
-    for found in (first, second):
-        turned = triangle_normals(TriangleMesh(vertices, found))
-        flat &= (np.einsum("kij,ij->ki", normals, turned) > FLATNESS).all(axis=0)
-    crossing = np.sort(apex, axis=1) @ [count, 1]
-    known = np.sort(np.column_stack([start, end]), axis=1) @ [count, 1]
-    gain[~flat | np.isin(crossing, known) | frozen[start] | frozen[end] | frozen[apex].any(axis=1)] = 0
-    chosen = _best_alone(gain, pairs, crossing, len(triangles))
+    for after in (first, second):
+        flat &= (np.einsum("kij,ij->ki", normals, triangle_normals(TriangleMesh(vertices, after))) > FLATNESS).all(axis=0)
+    new_edge = np.sort(apex, axis=1) @ [count, 1]
+    present = table.edges @ np.array([count, 1])
+    gain[~flat | np.isin(new_edge, present) | frozen[start] | frozen[end] | frozen[apex].any(axis=1)] = 0
+    chosen = _independent(gain, pairs, new_edge, len(triangles))
     triangles[pairs[0, chosen]], triangles[pairs[1, chosen]] = first[chosen], second[chosen]
     return TriangleMesh(vertices, triangles)
 
 
-def _best_alone(gain: np.ndarray, pairs: np.ndarray, crossing: np.ndarray, count: int) -> np.ndarray:
-    """Indices of edges that gain more than all others of their two triangles; no two of them would make the same edge."""
+def _independent(gain: np.ndarray, pairs: np.ndarray, new_edge: np.ndarray, count: int) -> np.ndarray:
+    """Indices of edges that gain more than all others of their two triangles, no two of which would become the same edge."""
     rank = np.empty(len(gain), dtype=np.int64)
     rank[np.argsort(gain, kind="stable")] = np.arange(len(gain))
     best = np.full(count, -1)
     for owners in pairs:
         np.maximum.at(best, owners, rank)
     chosen = np.flatnonzero((best[pairs] == rank).all(axis=0) & (gain > LEAST_GAIN))
-    return chosen[np.unique(crossing[chosen], return_index=True)[1]]
+    return chosen[np.unique(new_edge[chosen], return_index=True)[1]]
 
 
 def _smoothed(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -> TriangleMesh:
-    """Each vertex part of the way to the middle of its neighbors, along the surface and back onto it; along a crease only on one."""
+    """The mesh with each vertex moved tangentially part of the way to the mean of its neighbors, and projected back onto the surface."""
     step = neighbor_averages(triangle_adjacency(mesh), mesh.vertices) - mesh.vertices
     moved = surface.query(mesh.vertices + STEP * tangential_part(mesh, step)).points
-    return _without_damage(mesh, np.where(frozen[:, None], mesh.vertices, moved))
+    return _without_flips(mesh, np.where(frozen[:, None], mesh.vertices, moved))
 
 
-def _without_damage(mesh: TriangleMesh, moved: np.ndarray) -> TriangleMesh:
-    """The mesh on new positions; vertices of triangles that would turn over stay where they are."""
+def _without_flips(mesh: TriangleMesh, moved: np.ndarray) -> TriangleMesh:
+    """The mesh with moved vertices, except those of triangles that would turn over."""
     normals = triangle_normals(mesh)
-    for _ in range(3):
-        turned = row_dot(normals, triangle_normals(mesh.moved(moved))) < FLATNESS / 2
+    for _ in range(MOST_RESETS):
+        turned = row_dot(normals, triangle_normals(mesh.moved(moved))) < LEAST_COSINE
         if not turned.any():
             return mesh.moved(moved)
         moved = moved.copy()

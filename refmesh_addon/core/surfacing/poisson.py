@@ -1,10 +1,10 @@
 """Screened Poisson surface reconstruction: the solid whose boundary oriented points lie on.
 
 Kazhdan & Hoppe, "Screened Poisson surface reconstruction", ACM TOG 2013: the function f that minimizes
-integral |grad f - V|^2 + (alpha / h) * sum a_p f(p)^2, where V holds the inward normals, each with the area a_p that its point
-stands for; f is about 1/2 inside and -1/2 outside. As there, it is solved from coarse to fine, at each level only near the
-points; here with trilinear elements on the cells of a regular grid. Unlike there, the levels also follow the zero set of the
-coarser solution, so the finest level holds all of the surface.
+integral |grad f - V|^2 + (alpha / h) * sum a_p f(p)^2, where V sums the inward normals, each times the area a_p that its point
+represents; f is about 1/2 inside and -1/2 outside. As there, it is solved from coarse to fine, at each level only near the points; here
+with trilinear elements on the cells of a regular grid. Unlike there, the levels also follow the zero set of the coarser solution, so that
+the finest level contains the whole surface.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from .sparse_grid import CORNERS, NEIGHBORS, SparseGrid, whole_grid
 
-SCREENING = 4.0  # alpha, the published balance of points against gradients
-COARSEST = 16  # cells along the longest side at the coarsest level, which is solved everywhere
+SCREENING = 4.0  # alpha, the published weight of the points against the gradients
+COARSEST = 16  # cells along the longest side at the coarsest level, which covers the whole box
 MARGIN = 3  # cells of the coarsest level around the points
-REACH = 2  # cells around the points, and around the coarser zero set, that a level has
-TOLERANCE = 1e-4  # relative residual at which a level is solved
-MOST_STEPS = 500  # of conjugate gradients; a level takes a few dozen
-OUTSIDE = -0.5
+REACH = 2  # cells around the points that a level has
+TOLERANCE = 1e-4  # relative residual at which conjugate gradients stop
+MOST_STEPS = 500  # of conjugate gradients; a level takes some dozens
+OUTSIDE = -0.5  # value of the function far from the points
 _MASS, _STIFFNESS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6, np.array([[1.0, -1.0], [-1.0, 1.0]])
-_SLOPE = np.array([[-0.5, -0.5], [0.5, 0.5]])  # integral of phi_i' phi_j
+_DERIVATIVE = np.array([[-0.5, -0.5], [0.5, 0.5]])  # integral of phi_i' phi_j
 
 
 def solve_screened_poisson(points: np.ndarray, normals: np.ndarray, cell: float) -> tuple[SparseGrid, np.ndarray]:
-    """The function's values at the (N,) nodes of a grid near the zero set; positive inside.
+    """A grid around the zero set, and the values of the function at its (N,) nodes, positive inside.
 
-    points, normals : (P, 3) with outward unit normals, scene units.  cell : side of the finest cells, scene units.
+    points : (P, 3) scene units.  normals : (P, 3) outward, unit length.  cell : side of the finest cells, scene units.
     """
     levels = max(0, int(np.ceil(np.log2(np.ptp(points, axis=0).max() / (COARSEST * cell)))))
     grid = _coarsest(points, cell * 2**levels)
@@ -54,13 +54,13 @@ def _refined(grid: SparseGrid, values: np.ndarray, points: np.ndarray) -> Sparse
     crossed = grid.cells[inside.any(axis=1) & ~inside.all(axis=1)]
     empty = grid.refined(grid.cells[:0])
     near_points = empty.dilated(np.unique(empty.cells_of(points)[0]), REACH)
-    parents = np.unique(grid.keys(empty.places(near_points) // 2))
-    wanted = np.union1d(parents, grid.dilated(crossed))
-    return grid.refined(np.intersect1d(wanted, grid.cells, assume_unique=True))
+    parents = np.unique(grid.keys(empty.coordinates(near_points) // 2))
+    needed = np.union1d(parents, grid.dilated(crossed))
+    return grid.refined(np.intersect1d(needed, grid.cells, assume_unique=True))
 
 
 def _solved(grid: SparseGrid, start: np.ndarray, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """The minimizer that keeps `start` at the nodes that not all eight cells around are there of."""
+    """(N,) values of least energy. Nodes at the boundary of the grid, with fewer than eight cells around them, keep those of `start`."""
     at_points = grid.interpolation(points)
     area = _areas(grid, at_points)
     weight = SCREENING / grid.cell * area
@@ -79,16 +79,16 @@ def _solved(grid: SparseGrid, start: np.ndarray, points: np.ndarray, normals: np
 
 
 def _areas(grid: SparseGrid, at_points: sparse.csr_matrix) -> np.ndarray:
-    """(P,) area that each point stands for, from how dense the points are around it.
+    """(P,) area that each point represents, scene units squared, from the density of the points around it.
 
-    Spread to the nodes and gathered again, points of a plane count about 2/3 for each of those in a cell's square.
+    Spread to the nodes and interpolated back, the points of a plane add up to about 2/3 of their number per square of a cell.
     """
     density = at_points @ np.asarray(at_points.sum(axis=0)).ravel()
     return 2 / 3 * grid.cell**2 / density
 
 
 def _stiffness(grid: SparseGrid, free: np.ndarray) -> sparse.csr_matrix:
-    """(len(free), N) rows of nodes with all eight cells around them, so that each row is the same stencil."""
+    """(len(free), N) stiffness matrix, rows of free nodes only: these have all eight cells around them, and so the same stencil."""
     element = grid.cell * np.sum([_tensor(axis, _STIFFNESS) for axis in range(3)], axis=0)
     stencil = np.zeros(len(NEIGHBORS))
     for one in range(8):
@@ -100,12 +100,12 @@ def _stiffness(grid: SparseGrid, free: np.ndarray) -> sparse.csr_matrix:
 
 
 def _divergence(grid: SparseGrid, gradients: np.ndarray) -> np.ndarray:
-    """(N,) integral of V dot grad phi, for V trilinear with (N, 3) values."""
-    parts = sum(gradients[grid.corners, axis] @ _tensor(axis, _SLOPE).T for axis in range(3))
+    """(N,) integrals of V times the gradient of each node's basis function, for the trilinear V with (N, 3) values."""
+    parts = sum(gradients[grid.corners, axis] @ _tensor(axis, _DERIVATIVE).T for axis in range(3))
     return grid.cell**2 * np.bincount(grid.corners.ravel(), parts.ravel(), minlength=len(grid.nodes))
 
 
 def _tensor(axis: int, factor: np.ndarray) -> np.ndarray:
-    """(8, 8) element matrix: `factor` along one axis, mass along the others."""
+    """(8, 8) element matrix: the tensor product of `factor` along one axis and the mass matrix along the others."""
     factors = [factor if axis == other else _MASS for other in range(3)]
     return np.kron(np.kron(factors[2], factors[1]), factors[0])

@@ -1,4 +1,4 @@
-"""A closed surface through oriented points."""
+"""Reconstruction of a closed surface from oriented points."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from .creases import sharpened
 from .dual_marching_cubes import zero_surface
 from .poisson import solve_screened_poisson
 
-SURPLUS = 1.5  # triangles that the reconstruction should have for each triangle of the budget, so that detail survives
-PADDING = 1.1  # the octree's side against the longest side of the points
-DEPTHS = (5, 11)
-SPECK = 10.0  # cells; a component that encloses less, body or hollow, is below what the cells resolve
+SURPLUS = 1.5  # least triangles of the reconstruction for each one of the budget, so that detail survives the reduction
+PADDING = 1.1  # side of the grid, as a multiple of the longest side of the points
+DEPTHS = (5, 11)  # coarsest, at which limbs still have some cells, and finest, with cells smaller than the triangles of captures
+SMALLEST_VOLUME = 10.0  # cells; components that enclose less, whether bodies or cavities, are below the resolution
 
 
 def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> TriangleMesh:
     """Screened Poisson reconstruction (Kazhdan & Hoppe 2013) of (P, 3) points with (P, 3) outward unit normals; closed.
 
-    depth : cells are the longest side of the points, padded, / 2^depth.
-    Raises RefMeshError when there is no surface.
+    depth : the padded longest side of the points has 2^depth cells.
+    Raises RefMeshError if no surface comes out.
     """
     side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if side > 0:
@@ -29,16 +29,16 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
         grid, values = solve_screened_poisson(points, normals, cell)
         surface = zero_surface(grid, values)
         if len(surface.triangles):
-            surface = _without_specks(sharpened(surface, grid, points, normals), cell)
+            surface = _without_small_components(sharpened(surface, grid, points, normals), cell)
             if len(surface.triangles):
                 return surface
     raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")
 
 
 def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:
-    """Octree depth at which the reconstruction of `surface` has more triangles than the budget, but not many more.
+    """Depth at which the reconstruction of `surface` has more triangles than the budget, though not many more.
 
-    A cell of side c crosses the surface about once per c^2 of area and leaves about two triangles there.
+    A surface crosses about one cell of side c per area c^2, and gets about two triangles in it.
     """
     area = float(triangle_areas(surface).sum())
     side = PADDING * float(np.ptp(surface.vertices, axis=0).max())
@@ -46,7 +46,7 @@ def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:
     return int(np.clip(depth, *DEPTHS))
 
 
-def _without_specks(mesh: TriangleMesh, cell: float) -> TriangleMesh:
+def _without_small_components(mesh: TriangleMesh, cell: float) -> TriangleMesh:
     _, component = vertex_components(mesh)
-    large = np.abs(component_volumes(mesh, component)) >= SPECK * cell**3
+    large = np.abs(component_volumes(mesh, component)) >= SMALLEST_VOLUME * cell**3
     return submesh(mesh, large[component[mesh.triangles[:, 0]]])[0]

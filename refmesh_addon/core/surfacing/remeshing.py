@@ -1,6 +1,8 @@
-"""A surface with a stated number of well-shaped triangles."""
+"""Remeshing: a surface with a given number of well-shaped triangles."""
 
 from __future__ import annotations
+
+from itertools import count
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -13,32 +15,34 @@ from ..types import TriangleMesh
 from .edge_collapse import collapsed
 from .edge_flips import regularized
 
-TRIES = 5  # until nothing crosses; each leaves more as it was around what crossed
-AROUND = 2.0  # edge lengths around a crossing that are left as they were
+REACH = 2.0  # mean edge lengths around a self-intersection within which the surface is then left as it was
+PATIENCE = 5  # attempts with that reach, which suffice on captures; each further one doubles it
 
 
 def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
-    """The closed surface with about `triangles` triangles: reduced by quadric collapses, then regularized out.
+    """The closed surface with about `triangles` triangles: subdivided until it has as many, decimated, then regularized.
 
-    Where the result would cross itself though `mesh` does not, as between sheets nearer than an edge, `mesh` is kept.
+    Where the result would intersect itself, as between sheets closer than an edge, the triangles of `mesh` stay: two triangles of
+    the result only cross if they are triangles of `mesh`, or of its subdivision, and cross there.
     """
     while len(mesh.triangles) < triangles:
-        mesh = _divided(mesh)
+        mesh = _subdivided(mesh)
     surface, tree, frozen = SurfaceIndex(mesh), cKDTree(mesh.vertices), np.zeros(len(mesh.vertices), dtype=bool)
-    for _ in range(TRIES):
-        reduced, left = collapsed(mesh, triangles, frozen)
-        found = regularized(reduced, surface, frozen[left])
-        crossing = crossing_triangles(found)
-        if not crossing.any():
+    for attempt in count():
+        decimated, kept = collapsed(mesh, triangles, frozen)
+        result = regularized(decimated, surface, frozen[kept])
+        corners = np.unique(result.triangles[crossing_triangles(result)])
+        if frozen[kept[corners]].all():
             break
-        corners = found.vertices[np.unique(found.triangles[crossing])]
-        for near in tree.query_ball_point(corners, AROUND * mean_edge_length(found)):
+        frozen[kept[corners]] = True
+        reach = REACH * mean_edge_length(result) * 2.0 ** max(0, attempt + 1 - PATIENCE)
+        for near in tree.query_ball_point(result.vertices[corners], reach):
             frozen[near] = True
-    return found
+    return result
 
 
-def _divided(mesh: TriangleMesh) -> TriangleMesh:
-    """Each triangle as four, with vertices in the middle of its edges."""
+def _subdivided(mesh: TriangleMesh) -> TriangleMesh:
+    """Each triangle as four, with new vertices at the midpoints of its edges."""
     table = HalfEdges.of(mesh)
     ab, bc, ca = (len(mesh.vertices) + table.edge).reshape(-1, 3).T
     a, b, c = mesh.triangles.T

@@ -12,6 +12,7 @@ from refmesh_addon.core.surfacing.remeshing import remeshed
 from refmesh_addon.core.types import TriangleMesh
 
 from ..bodies import BODIES, distance, oriented_points
+from ..shapes import inside_out, joined
 
 bodies = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 
@@ -53,6 +54,26 @@ def test_sheets_nearer_than_an_edge_do_not_come_to_cross():
     both = TriangleMesh(np.vstack([shell.vertices, inner.vertices]), np.vstack([shell.triangles, inner.triangles + len(shell.vertices)]))
     assert not crossing_triangles(both).any()
     assert not crossing_triangles(remeshed(both, 1200)).any()
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.004])
+def test_sheets_far_closer_than_an_edge_do_not_come_to_cross_either(gap):
+    shell = BODIES["ball"]
+    both = joined(shell, inside_out(shell.moved((1 - gap) * shell.vertices)))
+    assert not crossing_triangles(both).any()
+    result = remeshed(both, 500)
+    assert is_watertight(result) and not crossing_triangles(result).any()
+
+
+def test_where_the_result_crosses_itself_the_mesh_does():
+    """Two balls that overlap: no remeshing can keep them apart, and none is to add crossings."""
+    ball = BODIES["ball"]
+    both = joined(ball, ball.moved(ball.vertices + [1.1, 0.0, 0.0]))
+    crossing = {tuple(map(tuple, both.vertices[triangle])) for triangle in both.triangles[crossing_triangles(both)]}
+    result = remeshed(both, len(both.triangles) // 3)
+    left = [tuple(map(tuple, result.vertices[triangle])) for triangle in result.triangles[crossing_triangles(result)]]
+    assert len(left) and crossing >= set(left)
+    assert len(result.triangles) < 0.7 * len(both.triangles), "what is far from the crossing is reduced all the same"
 
 
 def test_frozen_vertices_stay():

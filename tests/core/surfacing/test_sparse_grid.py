@@ -17,7 +17,7 @@ def linear(points):
 
 
 def node_places(grid):
-    return grid.origin + grid.cell * grid.places(grid.nodes)
+    return grid.origin + grid.cell * grid.coordinates(grid.nodes)
 
 
 def test_interpolation_and_slope_are_exact_for_linear_functions(grid):
@@ -25,7 +25,7 @@ def test_interpolation_and_slope_are_exact_for_linear_functions(grid):
     points = grid.origin + np.random.default_rng(0).random((100, 3)) * np.array(grid.shape) * grid.cell
     assert_allclose(grid.interpolation(points) @ values, linear(points))
     keys, inside = grid.cells_of(points)
-    value, slope = grid.value_and_slope(values, np.searchsorted(grid.cells, keys), inside)
+    value, slope = grid.value_and_gradient(values, np.searchsorted(grid.cells, keys), inside)
     assert_allclose(value, linear(points))
     assert_allclose(slope / grid.cell, np.tile([0.3, -1.2, 0.7], (100, 1)))
 
@@ -34,17 +34,17 @@ def test_slope_agrees_with_differences(grid):
     rng = np.random.default_rng(0)
     values, inside = rng.normal(size=len(grid.nodes)), rng.uniform(0.1, 0.9, (50, 3))
     cells = rng.integers(len(grid.cells), size=50)
-    _, slope = grid.value_and_slope(values, cells, inside)
+    _, slope = grid.value_and_gradient(values, cells, inside)
     for axis in range(3):
         step = 1e-6 * np.eye(3)[axis]
-        difference = grid.value_and_slope(values, cells, inside + step)[0] - grid.value_and_slope(values, cells, inside - step)[0]
+        difference = grid.value_and_gradient(values, cells, inside + step)[0] - grid.value_and_gradient(values, cells, inside - step)[0]
         assert_allclose(slope[:, axis], difference / 2e-6, atol=1e-8)
 
 
 def test_a_refined_grid_carries_the_same_function(grid):
     values = np.random.default_rng(0).normal(size=len(grid.nodes))
     fine = grid.refined(grid.cells[::3])
-    points = fine.origin + fine.cell * (fine.places(fine.cells) + 0.3)
+    points = fine.origin + fine.cell * (fine.coordinates(fine.cells) + 0.3)
     assert_allclose(fine.interpolation(points) @ grid.prolonged(values, fine), grid.interpolation(points) @ values)
 
 
@@ -65,7 +65,7 @@ def test_any_signs_give_a_closed_manifold():
     """Noise has every pattern of corners; its surface is closed with each edge shared by two triangles."""
     grid = whole_grid(np.zeros(3), 1.0, (12, 12, 12))
     values = np.random.default_rng(3).normal(size=len(grid.nodes))
-    places = grid.places(grid.nodes)
+    places = grid.coordinates(grid.nodes)
     values[((places == 0) | (places == 12)).any(axis=1)] = -1.0
     assert is_watertight(zero_surface(grid, values))
 
