@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MODULES = [path for path in sorted((ROOT / "refmesh_addon" / "core").rglob("*.py")) if ">>> " in path.read_text()]
 # What a user of the core calls first, from a notebook say.
 ENTRY_POINTS = {"sample_volume", "first_frame", "next_frame", "content_groups", "reference_centers", "FrameMap", "align"}
-ENTRY_POINTS |= {"surface_distance", "SurfaceIndex", "HalfEdges", "to_arrays"}
+ENTRY_POINTS |= {"ArapSolver", "fit_surface", "surface_distance", "SurfaceIndex", "HalfEdges", "to_arrays"}
 
 
 @pytest.fixture(scope="module")

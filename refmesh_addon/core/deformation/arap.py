@@ -13,7 +13,7 @@ from .arap_system import ArapSystem, Constraints, Deformation, Start, Targets
 
 
 class ArapSolver:
-    """Built once from a mesh, asked for many deformations of it.
+    """Built once from a mesh, then deforms it any number of times.
 
     mesh : the rest shape; several components and vertices without triangles are allowed.
     smoothness : alpha, no unit, 0 for plain as-rigid-as-possible.

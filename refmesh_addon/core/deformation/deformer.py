@@ -53,7 +53,7 @@ class DeformedFrame(FrozenArrays):
     vertices : (R, 3) scene units.  keypoints : (K,) indices of the vertices that were matched.  keypoint_targets : (K, 3) where to.
     held : (R,) bool, vertices that ARAP alone placed.  hidden : (R,) bool, vertices that lie in a contact.
     curled : (S,) bool, triangles that face against their surroundings as the source does there.
-    rotation_vectors : (R, 3) how the centers turn the surroundings of each vertex, axis times angle in radians.
+    rotation_vectors : (R, 3) rotation of the surroundings of each vertex by the centers, axis times angle in radians.
     """
 
     vertices: np.ndarray
@@ -71,7 +71,7 @@ class DeformedFrame(FrozenArrays):
 
 
 class ReferenceDeformer:
-    """Built once from a group's reference mesh, asked for each of its frames."""
+    """Built once from a group's reference mesh, then deforms it to each frame of the group."""
 
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping

@@ -56,10 +56,10 @@ class SmoothRotations:
         """Rotations after one step, where it lowers f, and the sums over their neighbors."""
         near = self.adjacency @ rotations
         torque = _axial(covariance + 2.0 * self.beta * near, rotations)
-        turned = (_from_vectors(self._hessian.solve(torque)) @ rotations.reshape(-1, 3, 3)).reshape(-1, 9)
-        near_turned = self.adjacency @ turned
-        if self._value(turned, near_turned, covariance) < self._value(rotations, near, covariance):
-            return turned, near_turned
+        rotated = (_from_vectors(self._hessian.solve(torque)) @ rotations.reshape(-1, 3, 3)).reshape(-1, 9)
+        near_rotated = self.adjacency @ rotated
+        if self._value(rotated, near_rotated, covariance) < self._value(rotations, near, covariance):
+            return rotated, near_rotated
         return rotations, near
 
     def _value(self, rotations: np.ndarray, near: np.ndarray, covariance: np.ndarray) -> float:

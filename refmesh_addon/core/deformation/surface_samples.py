@@ -35,7 +35,7 @@ class SurfaceSamples(FrozenArrays):
 
 
 class SurfaceSampler:
-    """Built once from a mesh, asked for the samples of any deformation of it. Vertices that coincide in the mesh count as one.
+    """Built once from a mesh, then samples any deformation of it. Vertices that coincide in the mesh count as one.
 
     border : (T, 3) bool, the `border_edges` of the mesh.
     """

@@ -1,6 +1,6 @@
 """Where a closed surface lies on no captured one: in the contact of two bodies, which no camera sees, and over holes of the capture.
 
-Both are told from the two surfaces alone, independently of the deformation: surface that it missed must not pass for unseen.
+Both are decided from the two surfaces alone, whatever the deformation did there: what it could have reached must not pass for unseen.
 """
 
 from __future__ import annotations

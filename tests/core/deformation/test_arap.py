@@ -1,5 +1,9 @@
 """As-rigid-as-possible deformation: laws of the energy, a slow plain twin, difficult meshes and refusals."""
 
+import gc
+import weakref
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -28,11 +32,11 @@ def end_handles(mesh):
 def energy_by_loops(mesh, smoothness, deformation, weights):
     """The data and smoothness terms exactly as the paper writes them, edge by edge; `weights` is a dense (R, R) table."""
     stiffness = smoothness * triangle_areas(mesh).sum()
-    before, after, turn = mesh.vertices, deformation.vertices, deformation.rotations
+    before, after, rotations = mesh.vertices, deformation.vertices, deformation.rotations
     total = 0.0
     for i, j in zip(*np.nonzero(weights), strict=True):
-        total += weights[i, j] * np.sum((after[i] - after[j] - turn[i] @ (before[i] - before[j])) ** 2)
-        total += stiffness * np.sum((turn[i] - turn[j]) ** 2)
+        total += weights[i, j] * np.sum((after[i] - after[j] - rotations[i] @ (before[i] - before[j])) ** 2)
+        total += stiffness * np.sum((rotations[i] - rotations[j]) ** 2)
     return total
 
 
@@ -46,11 +50,11 @@ def deformed_by_loops(mesh, weights, handles, targets, start, weight, iterations
             covariance[i] += weights[i, j] * np.outer(after[i] - after[j], before[i] - before[j])
         u, _, vt = np.linalg.svd(covariance)
         u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
-        turn = u @ vt
+        rotations = u @ vt
         left, right = np.zeros((len(edges) + len(handles), count)), np.zeros((len(edges) + len(handles), 3))
         for row, (i, j) in enumerate(edges):
             root = np.sqrt(weights[i, j])
-            left[row, i], left[row, j], right[row] = root, -root, root * turn[i] @ (before[i] - before[j])
+            left[row, i], left[row, j], right[row] = root, -root, root * rotations[i] @ (before[i] - before[j])
         for row, (handle, target) in enumerate(zip(handles, targets, strict=True), start=len(edges)):
             left[row, handle], right[row] = np.sqrt(weight), np.sqrt(weight) * target
         after = np.linalg.lstsq(left, right, rcond=None)[0]
@@ -94,16 +98,43 @@ def test_energy_never_rises(smoothness, weight):
 def test_smooth_rotations_reach_a_minimum():
     mesh = bar(10, 8)
     solver, handles, rng = ArapSolver(mesh, 0.01), end_handles(mesh), np.random.default_rng(2)
-    found = solver.deform(handles, bent(mesh.vertices)[handles], mesh.vertices, weight=np.inf, iterations=400)
+    result = solver.deform(handles, bent(mesh.vertices)[handles], mesh.vertices, weight=np.inf, iterations=400)
     weights = solver.energy.weights.toarray()
-    least = energy_by_loops(mesh, 0.01, found, weights)
+    least = energy_by_loops(mesh, 0.01, result, weights)
     free = np.setdiff1d(np.arange(len(mesh.vertices)), handles)
     for _ in range(5):
-        vertices = found.vertices.copy()
+        vertices = result.vertices.copy()
         vertices[free] += 1e-3 * rng.normal(size=(len(free), 3))
-        rotations = closest_rotations(found.rotations + 1e-3 * rng.normal(size=found.rotations.shape))
-        for changed in (type(found)(vertices, found.rotations, found.energies), type(found)(found.vertices, rotations, found.energies)):
+        rotations = closest_rotations(result.rotations + 1e-3 * rng.normal(size=result.rotations.shape))
+        for changed in (replace(result, vertices=vertices), replace(result, rotations=rotations)):
             assert energy_by_loops(mesh, 0.01, changed, weights) > least
+
+
+def test_energies_begin_with_that_of_the_start_where_its_rotations_are_given():
+    mesh = bar(10, 8)
+    solver, handles = ArapSolver(mesh, 0.01), end_handles(mesh)
+    first = solver.deform(handles, bent(mesh.vertices)[handles], mesh.vertices, weight=2.0, iterations=3)
+    rows = sparse.identity(len(mesh.vertices), format="csr")[handles]
+    system = solver.system(Constraints.at_points(rows, np.full(len(handles), 2.0)))
+    targets = Targets(bent(mesh.vertices)[handles])
+    second = system.solve(targets, Start(first.vertices, first.rotations), 2)
+    assert second.energies.shape == (3,)
+    assert_allclose(second.energies[0], first.energies[-1], rtol=1e-9)
+    whole = solver.deform(handles, targets.points, mesh.vertices, weight=2.0, iterations=5)
+    assert_allclose(second.vertices, whole.vertices, atol=1e-9)
+
+
+def test_a_solver_is_freed_with_its_last_reference():
+    """Without waiting for the garbage collector: its factors are large."""
+    solver = ArapSolver(bar(8, 6))
+    solver.deform([0], np.zeros((1, 3)), solver.mesh.vertices)
+    system = weakref.ref(solver._latest[1])
+    gc.disable()
+    try:
+        del solver
+        assert system() is None
+    finally:
+        gc.enable()
 
 
 def test_smoothness_spreads_the_bend():
@@ -121,10 +152,10 @@ def test_smoothness_spreads_the_bend():
 def test_a_rigid_motion_of_handles_and_start_is_the_answer():
     mesh = bar()
     handles, moved = end_handles(mesh), mesh.vertices @ Q.T + [5.0, -2.0, 1.0]
-    found = ArapSolver(mesh, 0.01).deform(handles, moved[handles], moved)
-    assert_allclose(found.vertices, moved, atol=1e-9)
-    assert_allclose(found.rotations, np.broadcast_to(Q, found.rotations.shape), atol=1e-7)
-    assert found.energies.max() < 1e-9
+    result = ArapSolver(mesh, 0.01).deform(handles, moved[handles], moved)
+    assert_allclose(result.vertices, moved, atol=1e-9)
+    assert_allclose(result.rotations, np.broadcast_to(Q, result.rotations.shape), atol=1e-7)
+    assert result.energies.max() < 1e-9
 
 
 @pytest.mark.parametrize("weight", [1.0, np.inf])
@@ -162,10 +193,10 @@ def test_a_component_without_handle_keeps_its_place_and_regains_its_shape():
     moved = mesh.vertices[second] @ Q.T
     start = mesh.vertices.copy()
     start[second] = moved + 0.02 * np.random.default_rng(3).normal(size=moved.shape)
-    found = ArapSolver(mesh, 0.0).deform(np.array([0]), one.vertices[:1] + 1.0, start, iterations=300).vertices
-    assert_allclose(found[second].mean(axis=0), start[second].mean(axis=0), atol=1e-9)
-    assert np.abs(found[second] - moved).max() < 0.3 * np.abs(start[second] - moved).max()
-    assert_allclose(found[0], one.vertices[0] + 1.0, atol=1e-9)
+    result = ArapSolver(mesh, 0.0).deform(np.array([0]), one.vertices[:1] + 1.0, start, iterations=300).vertices
+    assert_allclose(result[second].mean(axis=0), start[second].mean(axis=0), atol=1e-9)
+    assert np.abs(result[second] - moved).max() < 0.3 * np.abs(start[second] - moved).max()
+    assert_allclose(result[0], one.vertices[0] + 1.0, atol=1e-9)
 
 
 def test_what_is_kept_moves_the_less_the_farther_from_the_handle():
@@ -188,8 +219,8 @@ def test_points_slide_in_their_planes_and_the_energy_still_falls():
     up = np.tile([0.0, 0.0, 1.0], (len(mesh.vertices), 1))
     aside = lifted + [0.7, 0.0, 0.0]  # only the height of these targets may count
     system = solver.system(Constraints.at_points(every, np.full(len(up), 2.0)))
-    found = system.solve(Targets(aside, normals=up, plane_steps=5), Start(mesh.vertices), 30)
-    assert_allclose(found.vertices, lifted, atol=1e-6)
+    result = system.solve(Targets(aside, normals=up, plane_steps=5), Start(mesh.vertices), 30)
+    assert_allclose(result.vertices, lifted, atol=1e-6)
     bumpy = aside + 0.1 * np.random.default_rng(7).normal(size=aside.shape)
     energies = system.solve(Targets(bumpy, normals=up, plane_steps=5), Start(mesh.vertices), 30).energies
     assert np.diff(energies).max() <= 1e-10 * energies[0]
@@ -201,9 +232,9 @@ def test_vertices_without_triangles_and_no_handles_at_all():
     nothing = solver.deform(np.array([], dtype=int), np.empty((0, 3)), mesh.vertices + 2.0)
     assert_allclose(nothing.vertices, mesh.vertices + 2.0, atol=1e-9)
     lone = len(mesh.vertices) - 1
-    found = solver.deform(np.array([lone]), np.array([[1.0, 2.0, 3.0]]), mesh.vertices)
-    assert_allclose(found.vertices[lone], [1.0, 2.0, 3.0], atol=1e-9)
-    assert_allclose(found.vertices[:lone], mesh.vertices[:lone], atol=1e-9)
+    result = solver.deform(np.array([lone]), np.array([[1.0, 2.0, 3.0]]), mesh.vertices)
+    assert_allclose(result.vertices[lone], [1.0, 2.0, 3.0], atol=1e-9)
+    assert_allclose(result.vertices[:lone], mesh.vertices[:lone], atol=1e-9)
 
 
 def test_needles_and_flat_triangles_do_not_spoil_the_shape():
@@ -214,11 +245,11 @@ def test_needles_and_flat_triangles_do_not_spoil_the_shape():
     vertices[mesh.triangles[200, 0]] = vertices[mesh.triangles[200, 1:]].mean(axis=0)
     bad = mesh.moved(vertices)
     handles = end_handles(mesh)
-    found = ArapSolver(bad, 0.01).deform(handles, bent(vertices)[handles], vertices, np.inf, 50).vertices
+    result = ArapSolver(bad, 0.01).deform(handles, bent(vertices)[handles], vertices, np.inf, 50).vertices
     clean = ArapSolver(mesh, 0.01).deform(handles, bent(mesh.vertices)[handles], mesh.vertices, np.inf, 50).vertices
     far = np.linalg.norm(mesh.vertices[:, None] - vertices[[corner[0], mesh.triangles[200, 0]]], axis=2).min(axis=1) > 0.8
-    assert np.isfinite(found).all()
-    assert np.abs(found - clean)[far].max() < 0.1 * mean_edge_length(mesh)
+    assert np.isfinite(result).all()
+    assert np.abs(result - clean)[far].max() < 0.1 * mean_edge_length(mesh)
 
 
 def test_other_handles_in_between_leave_no_trace():

@@ -1,4 +1,4 @@
-"""Two bodies that touch, captured as one surface: what lies in the contact is told from what can be seen."""
+"""Two bodies that touch, captured as one surface: what lies in the contact is distinguished from what can be seen."""
 
 import numpy as np
 from numpy.testing import assert_array_equal
@@ -33,18 +33,18 @@ def hidden(gap, source):
 
 
 def test_the_faces_that_touch_are_hidden_and_nothing_else_is():
-    mesh, found = hidden(0.0, box((2 * SIDE, SIDE, SIDE), 3))
+    mesh, marked = hidden(0.0, box((2 * SIDE, SIDE, SIDE), 3))
     x, y, z = np.abs(mesh.vertices).T
     in_contact = x < 1e-9
     deep = in_contact & (np.maximum(y, z) < 0.4 * SIDE)
     assert deep.sum() > 20
-    assert found[deep].all()
-    assert not found[~in_contact].any()
+    assert marked[deep].all()
+    assert not marked[~in_contact].any()
 
 
 def test_bodies_apart_hide_nothing():
-    mesh, found = hidden(0.1, pair(0.1)[0])
-    assert not found.any()
+    mesh, marked = hidden(0.1, pair(0.1)[0])
+    assert not marked.any()
 
 
 def test_one_body_hides_nothing_in_itself():
@@ -55,9 +55,9 @@ def test_one_body_hides_nothing_in_itself():
 
 def test_triangles_beside_the_contact_may_belong_to_either_body():
     mesh, centers, compatible, _ = pair(0.0)
-    found = possible_owners(mesh, centers, STEP)
+    owners = possible_owners(mesh, centers, STEP)
     inner = mesh.vertices[mesh.triangles].mean(axis=1)
-    bodies = np.where(compatible[0][found], 0, 1)
+    bodies = np.where(compatible[0][owners], 0, 1)
     assert_array_equal(bodies[:, 0], np.repeat([0, 1], len(bodies) // 2))  # the nearest is the own one's
     either = (bodies != bodies[:, :1]).any(axis=1)
     side = (np.abs(inner[:, 1:]) > 0.49 * SIDE).any(axis=1)

@@ -53,8 +53,8 @@ def test_border_is_the_outline_and_seams_are_not():
         assert border_edges(mesh).sum() == 4 * 6
         middle, side = np.array([[0.52, 0.43, 0.0]]), np.array([[0.52, 0.0, 0.0]])
         for point, expected in ((middle, False), (side, True)):
-            found = SurfaceIndex(mesh).query(point)
-            assert on_border(mesh, border_edges(mesh), found.triangles, found.points)[0] == expected
+            closest = SurfaceIndex(mesh).query(point)
+            assert on_border(mesh, border_edges(mesh), closest.triangles, closest.points)[0] == expected
 
 
 def test_vertices_over_a_hole_have_no_partner():
@@ -97,8 +97,8 @@ def test_trust_falls_with_the_distance_and_ends_at_the_limit():
         return pairs.weights / between(sheet(7), reference).from_reference(reference, Limits(1e9, 0.5)).weights
 
     trust = [weights(share * LIMITS.distance) for share in (0.01, 0.5, 0.99)]
-    for found, expected in zip(trust, (1.0, 0.5625, 0.0), strict=True):
-        assert_allclose(found, expected, atol=1e-3)
+    for share, expected in zip(trust, (1.0, 0.5625, 0.0), strict=True):
+        assert_allclose(share, expected, atol=1e-3)
 
 
 def test_refused_pairs_are_left_out_in_both_directions():
@@ -133,10 +133,10 @@ def test_what_has_no_partner_and_sticks_out_belongs_just_below():
 def test_the_bottom_of_a_crease_belongs_to_its_walls():
     source, wall = sheet(7), sheet(5)
     wall = wall.moved(np.column_stack([wall.vertices[:, 2] - 0.01, wall.vertices[:, 1], wall.vertices[:, 0] - 0.5]))  # upright, beside it
-    for mesh, found in ((wall, True), (flipped(sheet(5, 0.1)), False)):  # what is turned away never
+    for mesh, reached in ((wall, True), (flipped(sheet(5, 0.1)), False)):  # what is turned away never
         correspondence = between(source, mesh)
         assert len(correspondence.from_source(mesh, LIMITS).targets) == 0
-        assert (len(correspondence.from_source(mesh, LIMITS, beside=True).targets) > 10) == found
+        assert (len(correspondence.from_source(mesh, LIMITS, beside=True).targets) > 10) == reached
 
 
 def test_what_sticks_out_of_another_body_stays():

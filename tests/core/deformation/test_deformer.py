@@ -54,27 +54,27 @@ def deformed(scene, settings):
 
 def test_the_fit_lies_on_the_source(scene):
     mesh = scene[2]
-    found = deformed(scene, SETTINGS)
-    assert found.vertices.shape == scene[0].vertices.shape
-    assert SurfaceIndex(mesh).query(found.vertices).distances.mean() < 0.002 * mesh.diagonal
-    assert np.mean(found.held) < 0.2
-    assert not Facing(scene[0], found.rotations).folded(found.vertices).any()
-    assert not found.hidden.any()
+    frame = deformed(scene, SETTINGS)
+    assert frame.vertices.shape == scene[0].vertices.shape
+    assert SurfaceIndex(mesh).query(frame.vertices).distances.mean() < 0.002 * mesh.diagonal
+    assert np.mean(frame.held) < 0.2
+    assert not Facing(scene[0], frame.rotations).folded(frame.vertices).any()
+    assert not frame.hidden.any()
 
 
 def test_no_rounds_stop_after_the_key_points(scene):
-    found = deformed(scene, DeformationSettings(fit_rounds=0))
-    assert found.held.all()
+    frame = deformed(scene, DeformationSettings(fit_rounds=0))
+    assert frame.held.all()
     mesh = scene[2]
-    distances = [SurfaceIndex(mesh).query(result.vertices).distances.mean() for result in (found, deformed(scene, SETTINGS))]
+    distances = [SurfaceIndex(mesh).query(result.vertices).distances.mean() for result in (frame, deformed(scene, SETTINGS))]
     assert distances[1] < distances[0]
 
 
 def test_key_points_are_vertices_that_go_to_vertices_of_the_frame(scene):
-    found, (reference, _, mesh, _, _) = deformed(scene, SETTINGS), scene
-    assert len(found.keypoints) == len(found.keypoint_targets)
-    assert (found.keypoints < len(reference.vertices)).all()
-    for target in found.keypoint_targets:
+    frame, (reference, _, mesh, _, _) = deformed(scene, SETTINGS), scene
+    assert len(frame.keypoints) == len(frame.keypoint_targets)
+    assert (frame.keypoints < len(reference.vertices)).all()
+    for target in frame.keypoint_targets:
         assert (mesh.vertices == target).all(axis=1).any()
 
 
@@ -92,9 +92,9 @@ def test_what_was_asked_before_does_not_matter(scene):
     expected = [ReferenceDeformer(references[0]).to(*frame) for frame in frames]
     deform_reference(references[1], *frames[0])
     for index in (1, 0, 1):
-        found = deform_reference(references[0], *frames[index])
+        frame = deform_reference(references[0], *frames[index])
         for name, values in to_arrays(expected[index]).items():
-            assert_array_equal(getattr(found, name), values)
+            assert_array_equal(getattr(frame, name), values)
 
 
 def test_the_mesh_goes_back_in_the_way_that_the_frames_came(scene):

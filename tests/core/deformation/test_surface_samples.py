@@ -17,28 +17,28 @@ def with_seam(mesh):
     return TriangleMesh(mesh.vertices[mesh.triangles].reshape(-1, 3), np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
 
 
-def test_samples_are_vertices_and_centres_wherever_the_mesh_goes():
-    found, count = SurfaceSampler(MESH).of(MOVED), len(MESH.vertices)
-    assert_allclose(found.points, np.concatenate([MOVED.vertices, MOVED.vertices[MOVED.triangles].mean(axis=1)]))
-    assert_allclose(found.normals, np.concatenate([vertex_normals(MOVED), triangle_normals(MOVED)]), atol=1e-12)
+def test_samples_are_vertices_and_centroids_wherever_the_mesh_goes():
+    samples, count = SurfaceSampler(MESH).of(MOVED), len(MESH.vertices)
+    assert_allclose(samples.points, np.concatenate([MOVED.vertices, MOVED.vertices[MOVED.triangles].mean(axis=1)]))
+    assert_allclose(samples.normals, np.concatenate([vertex_normals(MOVED), triangle_normals(MOVED)]), atol=1e-12)
     areas = np.concatenate([vertex_areas(MOVED), triangle_areas(MOVED)])
-    assert_allclose(found.weights, areas / areas.mean())
-    assert_allclose(np.einsum("nk,nki->ni", found.shares, MOVED.vertices[found.corners]), found.points)
-    holders = MOVED.triangles[found.triangles]
+    assert_allclose(samples.weights, areas / areas.mean())
+    assert_allclose(np.einsum("nk,nki->ni", samples.shares, MOVED.vertices[samples.corners]), samples.points)
+    holders = MOVED.triangles[samples.triangles]
     assert (holders[:count] == np.arange(count)[:, None]).any(axis=1).all()
-    assert_array_equal(found.triangles[count:], np.arange(len(MESH.triangles)))
+    assert_array_equal(samples.triangles[count:], np.arange(len(MESH.triangles)))
 
 
 def test_a_seam_and_what_nothing_uses_change_nothing():
     loose = TriangleMesh(np.vstack([with_seam(MESH).vertices, [[9.0, 9.0, 9.0]]]), with_seam(MESH).triangles)
     plain, seamed = SurfaceSampler(MESH).of(MESH), SurfaceSampler(loose).of(loose)
     assert len(plain.points) == len(seamed.points)
-    places = [np.lexsort(np.round(found.points, 9).T) for found in (plain, seamed)]
+    places = [np.lexsort(np.round(samples.points, 9).T) for samples in (plain, seamed)]
     for name in ("points", "normals", "weights"):
         assert_allclose(getattr(plain, name)[places[0]], getattr(seamed, name)[places[1]], atol=1e-9)
 
 
 def test_every_third():
-    found = SurfaceSampler(MESH).of(MESH)
-    assert_array_equal(found.every(3).points, found.points[::3])
-    assert found.every(1) is found
+    samples = SurfaceSampler(MESH).of(MESH)
+    assert_array_equal(samples.every(3).points, samples.points[::3])
+    assert samples.every(1) is samples

@@ -1,4 +1,4 @@
-"""What no camera saw, told from the surfaces alone: contacts and holes, and nothing else."""
+"""What no camera saw, from the two surfaces alone: contacts and holes, and nothing else."""
 
 import numpy as np
 import pytest
@@ -43,12 +43,12 @@ def over_hole(source, points):
 
 @pytest.mark.parametrize("overlap", [0.0, 0.04, 0.3])
 def test_the_faces_that_touch_are_in_contact_and_the_others_are_not(overlap):
-    points, found = contact(two_boxes(overlap), seen_from_outside(overlap))
+    points, marked = contact(two_boxes(overlap), seen_from_outside(overlap))
     x, y, z = np.abs(points).T
     between = (x < overlap / 2 + 1e-9) & (np.maximum(y, z) < 0.5 - 1e-9)
     assert between.sum() > 300
-    assert found[between].all()
-    assert not found[~between].any()
+    assert marked[between].all()
+    assert not marked[~between].any()
 
 
 def test_the_end_of_a_narrow_slit_is_in_contact():
@@ -56,10 +56,10 @@ def test_the_end_of_a_narrow_slit_is_in_contact():
     width, depth = 0.02, 0.4
     halves = [box((1.0, 0.5 - width / 2, 1.0), 4, (0.0, sign * (0.25 + width / 4), 0.0)) for sign in (-1, 1)]
     slit = joined(*halves, box((1.0 - depth, width, 1.0), 4, (-depth / 2, 0.0, 0.0)))
-    points, found = contact(slit, box((1.0, 1.0, 1.0), 4))
+    points, marked = contact(slit, box((1.0, 1.0, 1.0), 4))
     end = (np.abs(points[:, 1]) < width / 2) & (points[:, 0] > -depth) & (np.abs(points[:, 2]) < 0.45) & (points[:, 0] < 0.45)
     assert end.sum() > 5
-    assert found[end].all()
+    assert marked[end].all()
 
 
 def test_a_thin_sheet_that_misses_its_source_is_not_in_contact():
@@ -80,10 +80,10 @@ def test_over_a_hole_is_what_lies_where_the_capture_is_open():
     top = (whole.vertices[whole.triangles][:, :, 2] > 0.8).all(axis=1)
     points = sampled(whole).points
     source = TriangleMesh(whole.vertices, whole.triangles[~top])
-    found = over_hole(source, points)
+    marked = over_hole(source, points)
     beyond = points + [0.0, 0.0, 0.2] * (points[:, 2:] > 0.8)  # above the rim; below what closes the hole lies nothing but that
     assert over_hole(source, beyond)[points[:, 2] > 0.81].all()
-    assert found[points[:, 2] > 0.9].all() and not found[points[:, 2] < 0.6].any()
+    assert marked[points[:, 2] > 0.9].all() and not marked[points[:, 2] < 0.6].any()
     assert_array_equal(over_hole(whole, points), np.zeros(len(points), dtype=bool))
 
 
