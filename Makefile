@@ -9,7 +9,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test peers lint samples pictures extension test-extension lock clean
+.PHONY: help environment demo test fuzz peers lint samples pictures extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -28,7 +28,11 @@ test: environment
 	$(PYTEST) $(BPY_TESTS) || status=1; \
 	exit $$status
 
-## make peers      add libigl and Open3D to .venv, for the benchmark of the deformation
+## make fuzz       decode 20,000 damaged .refmesh files
+fuzz: environment
+	REFMESH_DAMAGED_STREAMS=5000 $(RUN) -m pytest -q tests/io/refmesh_stream/test_damage.py
+
+## make peers      add libigl, Open3D and DracoPy to .venv, for benchmarks
 peers: environment
 	.venv/bin/pip install --quiet --require-hashes --no-deps -r environment/peers.txt
 

@@ -34,7 +34,7 @@ SEQUENCE, TRIANGLES = "clasp", 40_000  # the default input, and the triangles of
 FRAMES = 10  # of the default input
 JOB = """if True:
     import sys
-    from refmesh_addon.pipeline.job import JobSpec
+    from refmesh_addon.pipeline.session.job import JobSpec
     from refmesh_addon.pipeline.run import run
     run(JobSpec.from_json(sys.argv[1]), lambda *_: None, lambda line: print(line, file=sys.stderr))
 """

@@ -23,9 +23,12 @@ from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.surfacing import reconstruction, remeshing
 from refmesh_addon.core.surfacing.edge_flips import quality
 from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
-from refmesh_addon.pipeline.run import run
+from refmesh_addon.io.discovery import find_sequence
+from refmesh_addon.pipeline.session.context import Context
 from refmesh_addon.pipeline.session.job import JobSpec
-from refmesh_addon.pipeline.stages import reference as refer
+from refmesh_addon.pipeline.session.parallel import Workers
+from refmesh_addon.pipeline.stages.reference import align_groups, building_units
+from refmesh_addon.pipeline.stages.tracking import track_sequence
 
 from . import meshlab
 
@@ -50,20 +53,12 @@ def main() -> None:
 
 
 def building_tasks(source: str, frames: str) -> list[tuple]:
-    """The arguments of `build_reference` for each group, caught on their way into a run that stops after the reference meshes."""
-    tasks, make_task = [], refer._building_task
-
-    def catch(*arguments) -> tuple:
-        tasks.append(make_task(*arguments))
-        return tasks[-1]
-
-    refer._building_task = catch
-    try:
-        with tempfile.TemporaryDirectory() as output:
-            run(JobSpec(source, output, frames, settings=Settings(), until="reference"), lambda stage, frame, share: None, print)
-    finally:
-        refer._building_task = make_task
-    return tasks
+    """The arguments of `build_reference` for each group, from a job that stops short of the reference meshes."""
+    with tempfile.TemporaryDirectory() as output, Workers() as workers:
+        spec = JobSpec(source, output, frames, settings=Settings())
+        context = Context.open(spec, find_sequence(source, frames), lambda stage, frame, share: None, print, workers)
+        aligned = align_groups(context, track_sequence(context))
+        return [unit.arguments() for unit in building_units(context, aligned).values()]
 
 
 def measured(points, normals, anchor, spacing, triangles, depth, reconstruct, remesh) -> dict:

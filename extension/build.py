@@ -26,7 +26,7 @@ PLATFORMS = {
     "linux-x64": ["manylinux2014_x86_64", "manylinux_2_27_x86_64", "manylinux_2_28_x86_64", "manylinux_2_35_x86_64"],
     "windows-x64": ["win_amd64"],
     "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64"],
-    "macos-x64": ["macosx_10_13_x86_64", "macosx_10_14_x86_64", "macosx_11_0_x86_64"],
+    "macos-x64": ["macosx_10_12_x86_64", "macosx_10_13_x86_64", "macosx_10_14_x86_64", "macosx_11_0_x86_64"],
 }
 # For a Blender of a Linux distribution, on a Python that the wheels are not for: the packages come from the distribution.
 NO_WHEELS = "no-wheels"

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from ..core.color.appearance import Appearance
 from ..core.errors import RefMeshError
-from .glb_colors import glb_appearance
+from .formats import frame_format
 from .images import images_available
-from .obj_colors import obj_appearance
-from .ply_colors import ply_appearance
 from .texture_files import TextureFiles
 
-READERS: dict[str, Callable[[bytes, TextureFiles], Appearance | None]] = {
-    ".obj": obj_appearance,
-    ".ply": ply_appearance,
-    ".glb": glb_appearance,
-}
 WITHOUT_PILLOW = "the Python package 'pillow' is missing, so pictures cannot be read: install the RefMesh extension for this platform"
 # What readers raise on files that the geometry path took.
 _UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, OSError)
@@ -26,15 +18,15 @@ _UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, OSError)
 def parse_appearance(data: bytes, path: Path) -> tuple[Appearance | None, tuple[str, ...]]:
     """Colors of the frame file `path` with the bytes `data`, None where it has none, and a sentence for each thing that was wrong.
 
-    Raises nothing: color that cannot be had never stops the geometry.
+    Raises nothing for a file that `parse_mesh` reads: color that cannot be had never stops the geometry.
     """
-    reader, files = READERS.get(path.suffix.lower()), TextureFiles(path)
-    if reader is None:
+    parse, files = frame_format(path).parse_appearance, TextureFiles(path)
+    if parse is None:
         return None, ()
     if not images_available():
         return None, (WITHOUT_PILLOW,)
     try:
-        appearance = reader(data, files)
+        appearance = parse(data, files)
     except RefMeshError as error:
         return None, (*files.notes, f"{path}: has no color: {error}")
     except _UNREADABLE as error:

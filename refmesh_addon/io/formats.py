@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +18,10 @@ from ..core.errors import RefMeshError
 from .obj import parse_obj
 from .trimesh_reader import parse_with_trimesh
 from .truncation import check_off, check_ply, check_stl
+
+if TYPE_CHECKING:
+    from ..core.color.appearance import Appearance
+    from .texture_files import TextureFiles
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,8 @@ class Format:
     name : in options of operators and of the command line.  label : in menus.
     extensions : in lower case, with the dot; the first is the one that is written.
     parse : the bytes of a file that holds one frame -> vertices (V, 3), triangles (T, 3). Raises ValueError, saying what is wrong.
+    parse_appearance : the bytes of the same file and the files beside it -> its colors; None for a file without colors. A format
+    without it holds none that are read.
     shared_vertices : whether triangles can share vertices; where they cannot, equal vertices are merged.
     load : imports a file that holds an animated scene into the present Blender scene.
     write : writes a `bridge.formats.export.Export`; returns the paths of the files.
@@ -39,6 +46,7 @@ class Format:
     label: str
     extensions: tuple[str, ...]
     parse: Callable[[bytes], tuple[np.ndarray, np.ndarray]] | None = None
+    parse_appearance: Callable[[bytes, TextureFiles], Appearance | None] | None = None
     shared_vertices: bool = True
     load: Callable[[Path], None] | None = None
     write: Callable[[Any], list[Path]] | None = None
@@ -48,10 +56,19 @@ class Format:
     unavailable: Callable[[], str] = lambda: ""
 
 
-OBJ = Format("obj", "Wavefront OBJ", (".obj",), parse_obj)
-PLY = Format("ply", "PLY", (".ply",), partial(parse_with_trimesh, kind="ply", check=check_ply))
+def _late(module: str, function: str) -> Callable[..., Any]:
+    """A function of a module beside this one, imported when it is called: packages that it needs may be missing."""
+
+    def call(*arguments: Any) -> Any:
+        return getattr(import_module(f".{module}", __package__), function)(*arguments)
+
+    return call
+
+
+OBJ = Format("obj", "Wavefront OBJ", (".obj",), parse_obj, _late("obj_colors", "obj_appearance"))
+PLY = Format("ply", "PLY", (".ply",), partial(parse_with_trimesh, kind="ply", check=check_ply), _late("ply_colors", "ply_appearance"))
 STL = Format("stl", "STL", (".stl",), partial(parse_with_trimesh, kind="stl", check=check_stl), shared_vertices=False)
-GLB = Format("glb", "glTF Binary", (".glb",), partial(parse_with_trimesh, kind="glb"))
+GLB = Format("glb", "glTF Binary", (".glb",), partial(parse_with_trimesh, kind="glb"), _late("glb_colors", "glb_appearance"))
 OFF = Format("off", "OFF", (".off",), partial(parse_with_trimesh, kind="off", check=check_off))
 
 # By how often captures come in them: where a folder holds as many files of one as of another, the first is taken.

@@ -41,7 +41,7 @@ class JobOperator(ShowingOperator):
         owner = sequence_object(context)
         spec = self._spec(owner.refmesh)
         self.remember_sequence(owner)
-        self._worker = WorkerProcess(spec, gentle=not bpy.app.background)
+        self._worker = WorkerProcess(spec, low_priority=not bpy.app.background)
         self._remember(owner.refmesh, spec)
         return self._wait() if bpy.app.background else self._start(context)
 

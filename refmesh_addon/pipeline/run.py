@@ -3,49 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 
-from .session.context import Context, Notify
-from .session.job import CHECK, JobSpec
+from ..io.discovery import find_sequence
+from ..io.sequence import Sequence
+from .session.context import Context
+from .session.job import CHECK, DEFORMATION, EVALUATION, REFERENCE, TRACKING, JobSpec
 from .session.parallel import Workers
+from .session.session import Notify
 from .stages.check import check_sequence
 from .stages.deformation import deform
+from .stages.deformed_frames import write_deformed, write_playbacks
 from .stages.evaluation import evaluate
 from .stages.global_rounds import optimize_globally
-from .stages.marked_bodies import wanted_apart
-from .stages.reference import refer
+from .stages.marked_bodies import parsed_marks
+from .stages.reference import make_references
+from .stages.reference_report import write_references
 from .stages.tracking import track_sequence
 from .stages.tracking_by_group import track_groups
-from .stages.tracking_result import Tracked, write_tracked
+from .stages.tracking_report import write_tracking
+from .stages.tracking_result import TrackingResult
 
 
-def run(spec: JobSpec, notify: Notify, warn: Callable[[str], None], processes: int | None = None) -> None:
-    """Runs the stages that are wanted; those whose results are in the cache only write them out again.
+def run(
+    spec: JobSpec,
+    notify: Notify,
+    warn: Callable[[str], None],
+    workers: Workers | None = None,
+    sequence: Sequence | None = None,
+) -> None:
+    """Runs the stages of a job; those whose results are in the cache only write them out again.
 
     notify : (stage, frame number or None, share of the stage).  warn : one line for a person.
-    processes : how many share the work; None takes as many as there are cores. The results are the same.
-    Raises RefMeshError, in words, when the job cannot be done, and what `notify` raises.
+    workers : who shares the work; None starts as many processes as there are cores. The results are the same.
+    sequence : what `find_sequence` gives for the job, where the caller has it already.
+    Raises RefMeshError, in plain words, when the job cannot be done, and what `notify` raises.
     """
-    with Workers(processes) as workers:
+    sequence = sequence or find_sequence(spec.source, spec.frames)
+    with nullcontext(workers) if workers else Workers() as own:
         if spec.until == CHECK:
-            check_sequence(spec, notify, workers)
-            return
-        context = Context.open(spec, notify, warn, workers)
-        wanted_apart(context)  # before hours of work
-        with context.timed("tracking"):
-            tracked = _tracked(context)
-            write_tracked(context, tracked)
-        if "reference" in spec.stages:
-            with context.timed("reference"):
-                groups = refer(context, tracked)
-        if "deformation" in spec.stages:
-            with context.timed("deformation"):
-                deformed = deform(context, tracked, groups)
-        if "evaluation" in spec.stages:
-            with context.timed("evaluation"):
-                evaluate(context, deformed)
+            check_sequence(spec, sequence, notify, own)
+        else:
+            _run_stages(spec, Context.open(spec, sequence, notify, warn, own))
 
 
-def _tracked(context: Context) -> Tracked:
+def _run_stages(spec: JobSpec, context: Context) -> None:
+    parsed_marks(context)  # wrong ones are refused before hours of work
+    with context.timed(TRACKING):
+        tracking = _tracked(context)
+        write_tracking(context, tracking)
+    if REFERENCE in spec.stages:
+        with context.timed(REFERENCE):
+            references = make_references(context, tracking)
+            write_references(context, tracking, references)
+    if DEFORMATION in spec.stages:
+        with context.timed(DEFORMATION):
+            deformed = deform(context, tracking, references)
+            write_playbacks(context, deformed)
+            if EVALUATION not in spec.stages:  # otherwise the frames are written once, with the colors of their errors
+                write_deformed(context, deformed)
+    if EVALUATION in spec.stages:
+        with context.timed(EVALUATION):
+            write_deformed(context, deformed, evaluate(context, deformed))
+
+
+def _tracked(context: Context) -> TrackingResult:
     if context.settings.tracking.tracking == "group":
         return track_groups(context)
     return optimize_globally(context, track_sequence(context))

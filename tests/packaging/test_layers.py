@@ -18,7 +18,7 @@ FLOORS = {
 }
 # Rooms of the core, each of which may import those below it, and those of the other floors; files beside them serve all.
 ROOMS = {
-    "core": ["color", "evaluation", "deformation", "reference", "tracking", "surfacing", "capture", "geometry"],
+    "core": ["compression", "color", "evaluation", "deformation", "reference", "tracking", "surfacing", "capture", "geometry"],
     "pipeline": ["process", "stages", "session"],
     "bridge": ["picture", "formats", "results", "sequence", "scene"],
 }

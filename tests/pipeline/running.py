@@ -1,15 +1,26 @@
 """Runs of the pipeline in the test's own process, and what they left on disk."""
 
+import atexit
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.pipeline.run import run
 from refmesh_addon.pipeline.session.job import JobSpec
+from refmesh_addon.pipeline.session.parallel import Workers
 
 from .conftest import TINY
+
+
+@cache
+def shared_workers() -> Workers:
+    """Processes that all runs of a test session share: most of a tiny run would be spent in starting its own."""
+    workers = Workers()
+    atexit.register(workers.close)
+    return workers
 
 
 def finish(source, output, notify=lambda stage, frame, share: None, **changes) -> list[str]:
@@ -17,7 +28,7 @@ def finish(source, output, notify=lambda stage, frame, share: None, **changes) -
     job = {name: changes.pop(name) for name in ("frames", "until", "resume") if name in changes}
     settings = Settings.from_flat({**TINY.to_flat(), **changes})
     warnings: list[str] = []
-    run(replace(JobSpec(str(source), str(output), settings=settings), **job), notify, warnings.append)
+    run(replace(JobSpec(str(source), str(output), settings=settings), **job), notify, warnings.append, shared_workers())
     return warnings
 
 
@@ -35,10 +46,10 @@ def results(output) -> dict[str, bytes]:
 
 
 def cache_entries(output) -> dict[str, tuple[str, int]]:
-    """Name of each cache entry without its key -> file name and time of writing."""
+    """Name of each cache entry without its key -> file name and time of writing; without the preview, which follows other rules."""
     folder = Path(output) / "cache"
     entries = {}
-    for path in folder.rglob("*.npz"):
+    for path in (path for path in folder.rglob("*.npz") if path.parent.name != "preview"):
         name = re.sub(r"-[0-9a-f]+\.npz$", "", str(path.relative_to(folder)))
         assert name not in entries, f"two entries of {name}"
         entries[name] = (path.name, path.stat().st_mtime_ns)

@@ -13,6 +13,7 @@ from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
 from refmesh_addon.pipeline.run import run
 from refmesh_addon.pipeline.session.job import STAGES, JobSpec
+from refmesh_addon.pipeline.session.parallel import Workers
 
 from .conftest import FRAMES, TINY
 from .running import cache_entries, finish, remade, report, results, stages_of
@@ -47,7 +48,8 @@ def test_the_number_of_workers_changes_no_byte(two_balls, tmp_path, tracking):
     settings = Settings.from_flat({**TINY.to_flat(), "tracking": tracking, "group_size": 2})
     for workers in (1, 2):
         spec = JobSpec(str(two_balls), str(tmp_path / str(workers)), settings=settings)
-        run(spec, lambda *_: None, lambda _: None, workers)
+        with Workers(workers) as own:
+            run(spec, lambda *_: None, lambda _: None, own)
     assert results(tmp_path / "1") == results(tmp_path / "2")
 
 

@@ -8,12 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..findings import SEVERITIES, Finding
-from ..geometry.borders import boundary_edges
-from ..geometry.holes import capped
-from ..geometry.mesh import merged, signed_volume, triangle_areas
-from ..types import TriangleMesh
-from .orientation import flipped_patches, inside_out_bodies, reoriented
-from .seams import stitched
 
 LARGEST_SCALE_JUMP = 5.0  # ratio of a frame's bounding-box diagonal to the median beyond which the pipeline refuses it
 SCALE_JUMP = 1.5  # the same ratio to the frames around it, where bodies come and go
@@ -31,8 +25,7 @@ class FrameStatistics:
     """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
-    diagonal : of the bounding box, scene units.  volume : enclosed with holes capped, scene units cubed.
-    open_edges : edges with a triangle on one side only.  inward : share of the area that faces inward.
+    vertices, diagonal, volume, open_edges, inward : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
     """
 
@@ -49,22 +42,6 @@ class FrameStatistics:
 
 # A number to judge a frame by: a jump from frame to frame, or above 0, is a finding.
 Statistic = Callable[[FrameStatistics], float]
-
-
-def mesh_statistics(mesh: TriangleMesh) -> dict[str, float]:
-    """The fields of `FrameStatistics` that come from the mesh alone."""
-    whole = stitched(merged(mesh)[0])
-    areas = triangle_areas(whole)
-    patches = flipped_patches(whole)
-    consistent = reoriented(whole, patches)
-    bodies = inside_out_bodies(consistent)
-    return {
-        "vertices": len(mesh.vertices),
-        "diagonal": whole.diagonal,
-        "volume": signed_volume(capped(reoriented(consistent, bodies))),
-        "open_edges": len(boundary_edges(consistent)),
-        "inward": float(areas[patches ^ bodies].sum() / areas.sum()),
-    }
 
 
 def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> list[Finding]:

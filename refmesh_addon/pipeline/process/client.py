@@ -1,4 +1,4 @@
-"""The parent's side of a worker process: start it, hear from it, stop it, never wait for it."""
+"""The parent's side of a worker process: starts, polls and cancels it without blocking."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from .environment import python_command, worker_environment
 from .events import Event
 
 WORKER_MODULE = "refmesh_addon.pipeline.process.worker"
-# Seconds that a worker may take to stop by itself, so that a cancelled job is gone within one, also where the window is slow
-# to draw and the key is noticed late. Ending it loses no more
-# than its own stop at the next progress step would: all its files are whole or absent at any time.
+# Seconds that a worker may take to stop by itself, so that a cancelled job is gone within one second even where the window is
+# slow to draw and notices the key late. Killing it loses no more than its own stop at the next progress step would: all its
+# files are whole or absent at any time.
 CANCEL_GRACE = 0.3
-GENTLE = 5  # the priority, as `nice` counts, of a worker beside a window
-READ_GRACE = 2.0  # seconds in which what an ended worker left in its pipes is read
-LAST_WORDS = 5  # lines of stderr that a dead worker's message quotes
-_WAIT = 0.1  # seconds between two looks at a silent worker
+LOW_PRIORITY = 5  # the `nice` value of a worker beside a window
+READ_GRACE = 2.0  # seconds in which the pipes of a worker that has ended are emptied
+STDERR_LINES = 5  # last lines of stderr that the message about a crash quotes
+_WAIT = 0.1  # seconds between two polls of a silent worker
 
 
 class WorkerProcess:
-    """One job in a process of its own. Ask `poll` now and then, or go through `events`; the last event is final.
+    """One job in a process of its own. Call `poll` regularly, or iterate over `events`; the last event is final.
 
-    gentle : it lets other programs go first, such as a window that is to stay alive.
+    low_priority : so that a window stays responsive while the job runs.
     Raises RefMeshError when there is no Python to start.
     """
 
-    def __init__(self, spec: JobSpec, gentle: bool = False):
+    def __init__(self, spec: JobSpec, low_priority: bool = False):
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
-        self._last_words: deque[str] = deque(maxlen=LAST_WORDS)
+        self._last_lines: deque[str] = deque(maxlen=STDERR_LINES)
         self._cancelled_at: float | None = None
         self._ended_at: float | None = None
         self._final: Event | None = None
         self._delivered = False
         self._job_file = _write_job(spec)
         try:
-            self._process = _start(self._job_file, gentle)
+            self._process = _start(self._job_file, low_priority)
         except BaseException:
             os.unlink(self._job_file)
             raise
@@ -54,7 +54,7 @@ class WorkerProcess:
 
     @property
     def running(self) -> bool:
-        """True until the final event was given out."""
+        """True until `poll` has returned the final event."""
         return not self._delivered
 
     @property
@@ -63,7 +63,7 @@ class WorkerProcess:
         return self._process.pid
 
     def poll(self) -> list[Event]:
-        """What came since the last call; never blocks. The final event comes last, when the process has ended."""
+        """The events since the last call; never blocks. The final event comes last, once the process has ended."""
         self._enforce_cancel()
         ended = self._has_ended()
         events = []
@@ -76,11 +76,11 @@ class WorkerProcess:
         if ended and not self._delivered:
             self._delivered = True
             self._close()
-            events.append(self._final or self._obituary())
+            events.append(self._final or self._event_of_a_crash())
         return events
 
     def events(self) -> Iterator[Event]:
-        """Every event as it comes, until the final one; waits in between."""
+        """Every event as it arrives, until the final one; waits in between."""
         while self.running:
             events = self.poll()
             yield from events
@@ -88,7 +88,7 @@ class WorkerProcess:
                 time.sleep(_WAIT)
 
     def cancel(self) -> None:
-        """Asks the worker, if it still runs, to stop; one that does not within a grace time is ended by a later `poll`."""
+        """Asks a running worker to stop; a later `poll` kills it if it does not within a grace period."""
         if self.running and self._cancelled_at is None:
             self._cancelled_at = time.monotonic()
             with contextlib.suppress(OSError):  # it ended by itself
@@ -96,7 +96,7 @@ class WorkerProcess:
                 self._process.stdin.flush()
 
     def _has_ended(self) -> bool:
-        """Ended, and everything it said is read; helpers of a killed worker may keep its stderr open a little longer."""
+        """Whether it has ended and its output is read; processes of a killed worker may keep its stderr open a little longer."""
         if self._process.poll() is None:
             return False
         self._ended_at = self._ended_at or time.monotonic()
@@ -119,18 +119,18 @@ class WorkerProcess:
         with self._process.stderr as lines:
             for line in lines:
                 if line.strip():
-                    self._last_words.append(line.decode("utf-8", "replace").strip())
+                    self._last_lines.append(line.decode("utf-8", "replace").strip())
 
-    def _obituary(self) -> Event:
+    def _event_of_a_crash(self) -> Event:
         if self._cancelled_at is not None:
             return Event("cancelled")
-        words = " | ".join(self._last_words) or "it left no message"
+        reason = " | ".join(self._last_lines) or "it left no message"
         if os.name != "nt" and self._process.returncode == -signal.SIGKILL:
-            words = "the system ended it, as it does when memory runs out; take a lower resolution or fewer frames"
-        return Event("failed", f"the worker process ended unexpectedly (exit code {self._process.returncode}): {words}")
+            reason = "the system ended it, as it does when memory runs out; take a lower resolution or fewer frames"
+        return Event("failed", f"the worker process ended unexpectedly (exit code {self._process.returncode}): {reason}")
 
     def _close(self) -> None:
-        with contextlib.suppress(OSError):  # what it never read; the other pipes are closed by their readers
+        with contextlib.suppress(OSError):  # it may not have read all; the other pipes are closed by their readers
             self._process.stdin.close()
         with contextlib.suppress(OSError):
             os.unlink(self._job_file)
@@ -143,10 +143,10 @@ def _write_job(spec: JobSpec) -> str:
     return path
 
 
-def _start(job_file: str, gentle: bool) -> subprocess.Popen:
-    # A session of its own, so that Ctrl-C in a terminal reaches the parent only, which then asks for an orderly end.
+def _start(job_file: str, low_priority: bool) -> subprocess.Popen:
+    # A session of its own, so that Ctrl-C in a terminal reaches the parent only, which then cancels the job.
     if os.name == "nt":
-        apart = {"creationflags": subprocess.CREATE_NO_WINDOW | (subprocess.BELOW_NORMAL_PRIORITY_CLASS if gentle else 0)}
+        apart = {"creationflags": subprocess.CREATE_NO_WINDOW | (subprocess.BELOW_NORMAL_PRIORITY_CLASS if low_priority else 0)}
     else:
         apart = {"start_new_session": True}
     process = subprocess.Popen(
@@ -157,9 +157,9 @@ def _start(job_file: str, gentle: bool) -> subprocess.Popen:
         env=worker_environment(),
         **apart,
     )
-    if gentle and os.name != "nt":
+    if low_priority and os.name != "nt":
         with contextlib.suppress(OSError):  # it ended already
-            os.setpriority(os.PRIO_PROCESS, process.pid, max(GENTLE, os.getpriority(os.PRIO_PROCESS, 0)))  # what it starts, too
+            os.setpriority(os.PRIO_PROCESS, process.pid, max(LOW_PRIORITY, os.getpriority(os.PRIO_PROCESS, 0)))  # what it starts, too
     return process
 
 

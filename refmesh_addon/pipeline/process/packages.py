@@ -21,6 +21,7 @@ NEEDED = {
     "trimesh": ("4.5", "files other than OBJ cannot be read"),
     "PIL": ("10.0", "pictures (Pillow), and with them the textures of a capture, are not read"),
     "xatlas": ("0.0.9", "textures have a plainer layout with more seams"),
+    "constriction": ("0.4", "compressed .refmesh files are neither written nor read"),
     "tqdm": ("4.60", "jobs in background mode do not work"),
 }
 TIME_LIMIT = 60.0  # seconds for one look; loading everything takes one or two

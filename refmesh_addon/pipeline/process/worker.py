@@ -17,13 +17,11 @@ from typing import TextIO
 
 from ...core.errors import Cancelled, RefMeshError
 from ...io.discovery import find_sequence
-from ..session.job import CACHE_FOLDER, JobSpec
+from ..session.job import CACHE_FOLDER, STAGE_WEIGHTS, JobSpec
 from .events import Event
 from .lock import output_lock
 
 LOG_NAME = "worker.log"
-# Of the time of a whole run, roughly; only the progress bar depends on it.
-STAGE_WEIGHTS = {"sequence": 1.0, "tracking": 0.4, "reference": 0.25, "deformation": 0.25, "evaluation": 0.1}
 EVENT_INTERVAL = 0.05  # seconds between two progress events; more of them nobody can see
 ORPHAN_GRACE = 10.0  # seconds a job that nobody wants any more may take to reach its next progress step
 # One thread for each process: sums then do not depend on how many cores the machine has.
@@ -91,11 +89,11 @@ def _run_file(job_file: str, send: Callable[[Event], None]) -> Event:
 
 def _outcome(spec: JobSpec, reporter: Reporter) -> Event:
     try:
-        find_sequence(spec.source, spec.frames)  # first, so that a wrong input leaves no empty output folder
+        sequence = find_sequence(spec.source, spec.frames)  # first, so that a wrong input leaves no empty output folder
         with output_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 
-            run(spec, reporter.progress, reporter.warn)
+            run(spec, reporter.progress, reporter.warn, sequence=sequence)
     except Cancelled:
         return Event("cancelled", stage=reporter.stage)
     except RefMeshError as error:

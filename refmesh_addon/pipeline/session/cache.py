@@ -11,12 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.arrays import Arrays, Result, from_arrays, to_arrays
 from ...io.files import output_folder, read_npz, write_npz
 
 KEY_LENGTH = 12  # hexadecimal digits of a key in a file name: 48 bits, for at most thousands of entries
 _BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError)
-
-Arrays = dict[str, np.ndarray]
 
 
 def digest(*parts: object) -> str:
@@ -71,12 +70,32 @@ class Cache:
 
     def load_or_make(self, name: str, key: str, make: Callable[[], Mapping[str, np.ndarray]]) -> Arrays:
         """The arrays of an entry, made and written first if need be."""
-        found = self.load(name, key)
-        if found is None:
-            # Laid out as a loaded entry is: the order of memory can change the last bit of a sum.
-            found = {part: np.asarray(array, order="C") for part, array in make().items()}
-            self.save(name, key, found)
-        return found
+        arrays = self.load(name, key)
+        if arrays is None:
+            arrays = _in_c_order(make())
+            self.save(name, key, arrays)
+        return arrays
+
+    def load_result(self, name: str, key: str, kind: type[Result]) -> Result | None:
+        """The result dataclass that an entry holds; None when it has to be made."""
+        arrays = self.load(name, key)
+        try:
+            return None if arrays is None else from_arrays(kind, arrays)
+        except (KeyError, ValueError):  # written by a version that kept other fields
+            return None
+
+    def save_result(self, name: str, key: str, result: object) -> None:
+        """Writes a result dataclass as an entry, as `save` does."""
+        self.save(name, key, _in_c_order(to_arrays(result)))
+
+    def load_or_make_result(self, name: str, key: str, kind: type[Result], make: Callable[[], Result]) -> Result:
+        """The result dataclass of an entry, made and written first if need be."""
+        result = self.load_result(name, key, kind)
+        if result is None:
+            arrays = _in_c_order(to_arrays(make()))
+            self.save(name, key, arrays)
+            result = from_arrays(kind, arrays)
+        return result
 
     def remove_stale(self, name: str, keep: Iterable[str]) -> None:
         """Removes all entries of this name except those with the keys to keep."""
@@ -86,3 +105,8 @@ class Cache:
         for path in (self.folder / name).parent.glob("*.npz"):
             if entry.fullmatch(path.name) and path.name not in kept:
                 path.unlink(missing_ok=True)
+
+
+def _in_c_order(arrays: Mapping[str, np.ndarray]) -> Arrays:
+    """Laid out as in a loaded entry: the order of memory can change the last bit of a sum."""
+    return {name: np.asarray(array, order="C") for name, array in arrays.items()}

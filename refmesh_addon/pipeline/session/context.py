@@ -6,57 +6,49 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
 from ...core.settings import Settings
-from ...io.discovery import find_sequence
 from ...io.files import output_folder
 from ...io.frame_range import format_ranges
 from ...io.report import Report
+from ...io.sequence import Sequence
 from .cache import Cache
-from .frames import Frames
-from .job import CACHE_FOLDER, JobSpec
+from .frames import Frames, read_frames
+from .job import CACHE_FOLDER, TRACKING, JobSpec
 from .parallel import Workers
+from .session import Notify, Session, StageShare
 
 READING_SHARE = 0.1  # of the tracking stage, for reading and checking the frames
 
-Notify = Callable[[str, int | None, float], None]
-
 
 @dataclass
-class Context:
-    """One run: its input, where results go, and whom to tell.
+class Context(Session):
+    """One run of the stages: its input, where results go, and whom to tell.
 
-    notify : (stage, frame number or None, share of the stage); raises Cancelled when nobody wants the job any more.
     warn : one line for a person, which the report keeps too.
     """
 
     frames: Frames
     settings: Settings
-    output: Path
-    cache: Cache
     report: Report
-    notify: Notify
     warn: Callable[[str], None]
-    workers: Workers
 
     @classmethod
-    def open(cls, spec: JobSpec, notify: Notify, warn: Callable[[str], None], workers: Workers) -> Context:
-        """Finds and reads the frames. Raises RefMeshError for input or output that cannot be used."""
-        sequence = find_sequence(spec.source, spec.frames)
+    def open(cls, spec: JobSpec, sequence: Sequence, notify: Notify, warn: Callable[[str], None], workers: Workers) -> Context:
+        """Reads the frames of the sequence. Raises RefMeshError for input or output that cannot be used."""
         output = output_folder(spec.output)
         report = Report(spec.source, sequence, spec.settings)
 
-        def note(message: str) -> None:
+        def warn_and_report(message: str) -> None:
             report.warnings.append(message)
             warn(message)
 
         if sequence.gaps:
-            note(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
-        cache = Cache(output / CACHE_FOLDER, spec.resume)
-        frames = Frames(sequence, cache, note, lambda number, share: notify("tracking", number, READING_SHARE * share))
+            warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
+        session = Session(output, Cache(output / CACHE_FOLDER, spec.resume), workers, notify)
+        frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report)
         report.bbox_diagonal = frames.diagonal
-        return cls(frames, spec.settings, output, cache, report, notify, note, workers)
+        return cls(output, session.cache, workers, notify, frames, spec.settings, report, warn_and_report)
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -65,9 +57,9 @@ class Context:
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
-        """Notes the seconds of a stage and writes the report when it is done."""
+        """Measures the seconds of a stage and writes the report when it is done."""
         start = time.perf_counter()
-        self.notify(stage, None, READING_SHARE if stage == "tracking" else 0.0)
+        self.notify(stage, None, READING_SHARE if stage == TRACKING else 0.0)
         yield
         self.report.seconds[stage] = time.perf_counter() - start
         self.report.write(self.output)

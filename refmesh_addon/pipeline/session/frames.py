@@ -1,4 +1,4 @@
-"""The frames of a sequence, read once, checked, and kept as clean binary meshes in the cache."""
+"""The frames of a sequence as the stages ask for them: by index, few in memory at a time."""
 
 from __future__ import annotations
 
@@ -9,44 +9,36 @@ from pathlib import Path
 import numpy as np
 
 from ...core.capture.floaters import without_floaters
-from ...core.capture.orientation import flipped_patches, inside_out_bodies, reoriented
-from ...core.capture.seams import stitched
 from ...core.errors import RefMeshError
 from ...core.geometry.holes import capped
-from ...core.geometry.mesh import merged
 from ...core.types import TriangleMesh
-from ...io.meshes import parse_mesh, read_bytes
 from ...io.sequence import Sequence
-from .cache import Cache, digest
+from .capture import CapturedSequence, capture_sequence
+from .session import Session, StageShare
 
-FRAME_SCHEMA = 3
-FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbour and the anchor; a long take never fills the memory
+FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbor and the anchor; a long take never fills the memory
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
 
 class Frames:
     """Meshes of a sequence by index, seams closed, oriented outward.
 
-    mesh(index) : as captured.  surface(index) : the same without specks, what is followed and fitted.
+    mesh(index) : as captured.  surface(index) : the same without floaters, what is followed and fitted.
     body(index) : the surface with its holes capped, so that it encloses a volume.
-    keys : of each frame, made from the bytes of its file.  counts : of its triangles.  diagonals : (F,) of the bounding boxes, scene units.
-    Raises RefMeshError, naming the file, for a frame that cannot be used.
+    keys : of each frame, made from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
+    corners.  diagonals : (F,) of the boxes, scene units.
+    Raises RefMeshError, naming the file, for a frame that is not of the size of the others.
     """
 
-    def __init__(self, sequence: Sequence, cache: Cache, warn: Callable[[str], None], progress: Callable[[int, float], None]):
-        self.sequence, self._cache = sequence, cache
-        self.keys: list[str] = []
-        self.counts: list[int] = []
-        boxes = []
-        for index, frame in enumerate(sequence.frames):
-            progress(frame.number, index / len(sequence.frames))
-            data = read_bytes(frame.path)
-            self.keys.append(digest(FRAME_SCHEMA, data))
-            arrays = cache.load_or_make(self._entry(index), self.keys[-1], lambda data=data, path=frame.path: _parsed(data, path))
-            if arrays["inside_out"]:
-                warn(f"{frame.path}: a body is inside out; its triangles are flipped")
-            self.counts.append(len(arrays["triangles"]))
-            boxes.append((arrays["vertices"].min(axis=0), arrays["vertices"].max(axis=0)))
+    def __init__(self, sequence: Sequence, captured: CapturedSequence):
+        self.sequence, self._files = sequence, captured.files
+        self.keys = [captured.keys[index] for index in range(len(sequence.frames))]
+        self.counts, self.inside_out, boxes = [], [], []
+        for file in captured.files.values():
+            frame = file.captured
+            self.counts.append(len(frame.mesh.triangles))
+            self.inside_out.append(frame.inside_out)
+            boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
@@ -66,14 +58,11 @@ class Frames:
         """The file of a frame."""
         return self.sequence.frames[index].path
 
-    def _entry(self, index: int) -> str:
-        return f"frames/frame_{self.sequence.frames[index].number:04d}"
-
     def _load(self, index: int) -> TriangleMesh:
-        arrays = self._cache.load(self._entry(index), self.keys[index])
-        if arrays is None:
-            raise RefMeshError(f"{self.path(index)}: its cached copy disappeared during the run; start the run again")
-        return TriangleMesh(arrays["vertices"], arrays["triangles"])
+        try:
+            return self._files[index].captured.mesh
+        except RefMeshError as error:
+            raise RefMeshError(f"{self.path(index)}: its cached copy disappeared during the run; start the run again") from error
 
     def _check_scales(self) -> None:
         usual = float(np.median(self.diagonals))
@@ -86,8 +75,10 @@ class Frames:
             )
 
 
-def _parsed(data: bytes, path: Path) -> dict[str, np.ndarray]:
-    mesh = stitched(merged(parse_mesh(data, path))[0])
-    mesh = reoriented(mesh, flipped_patches(mesh))
-    inside_out = inside_out_bodies(mesh)
-    return {"vertices": mesh.vertices, "triangles": reoriented(mesh, inside_out).triangles, "inside_out": inside_out.any()}
+def read_frames(session: Session, sequence: Sequence, share: StageShare, warn: Callable[[str], None]) -> Frames:
+    """The frames of a sequence; warns of those that were inside out. Raises RefMeshError for a frame that cannot be used."""
+    frames = Frames(sequence, capture_sequence(session, sequence, share))
+    for frame, inside_out in zip(sequence.frames, frames.inside_out, strict=True):
+        if inside_out:
+            warn(f"{frame.path}: a body is inside out; its triangles are flipped")
+    return frames

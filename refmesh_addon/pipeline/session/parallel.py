@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
+from typing import Any
 
 from ...core.errors import RefMeshError
 
 MOST_WORKERS = 8  # a task holds one frame's grids and factors: more processes would need more memory than they save time
 QUEUED = 2  # tasks submitted for each process: one at work, one ready
 ENDING = 5.0  # seconds that an ended process may take to be gone; it takes milliseconds
-POLL = 0.2  # seconds between two looks at whether the job is still wanted
+POLL = 0.2  # seconds between two calls of `poll` while nothing is done
 
 
 def one_ahead(make: Callable, items: Iterable) -> Iterator:
@@ -42,31 +43,40 @@ class Workers:
         return self
 
     def __exit__(self, *_) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the processes, whatever they are doing."""
         if self._pool is not None:
             processes = list((getattr(self._pool, "_processes", None) or {}).values())
             self._pool.shutdown(wait=False, cancel_futures=True)
-            for process in processes:  # nobody waits for its task any more, and it holds nothing that is worth a farewell
+            for process in processes:  # nobody waits for its task any more, and all files are whole or absent at any time
                 process.kill()
             for process in processes:
                 process.join(ENDING)
 
-    def map(self, function: Callable, tasks: Iterable[tuple], alive: Callable[[], None]) -> Iterator[tuple[int, object]]:
+    def map(self, function: Callable, tasks: Iterable[tuple], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
         """Yields (index, function(*task)) as tasks are done, in no fixed order.
 
         function : at module level.  tasks : read only a few ahead of the work, so that a long take does not fill the memory.
-        alive : called while waiting; raises to stop.
+        poll : called while waiting; raises Cancelled to stop.
         Exceptions of a task are raised here. Raises RefMeshError when a process died, for want of memory say.
         """
-        coming, waiting = enumerate(tasks), {}
-        while True:
-            for index, task in islice(coming, QUEUED * self.count - len(waiting)):
-                waiting[self._submit(function, task)] = index
-            if not waiting:
-                return
-            alive()
-            done, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
-            for future in sorted(done, key=waiting.get):
-                yield waiting.pop(future), _result(future)
+        coming = enumerate(tasks)
+        waiting: dict[Future, int] = {}
+        try:
+            while True:
+                for index, task in islice(coming, QUEUED * self.count - len(waiting)):
+                    waiting[self._submit(function, task)] = index
+                if not waiting:
+                    return
+                poll()
+                done, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
+                for future in sorted(done, key=lambda future: waiting[future]):
+                    yield waiting.pop(future), _result(future)
+        finally:
+            for future in waiting:  # where the loop was left early
+                future.cancel()
 
     def _submit(self, function: Callable, task: tuple) -> Future:
         if self._pool is None:
@@ -74,7 +84,7 @@ class Workers:
         return self._pool.submit(function, *task)
 
 
-def _result(future: Future) -> object:
+def _result(future: Future) -> Any:
     try:
         return future.result()
     except BrokenProcessPool as error:
@@ -87,6 +97,7 @@ def _cores() -> int:
 
 def _die_with_parent() -> None:
     parent = multiprocessing.parent_process()
+    assert parent is not None, "runs in processes of a pool only"
 
     def watch() -> None:
         parent.join()

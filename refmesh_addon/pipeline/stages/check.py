@@ -1,75 +1,48 @@
-"""Every frame looked at once: what may be wrong with it, and its copy for the preview."""
+"""The check of a sequence before hours of work go into it: what may be wrong with its frames, and their preview."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable
-from dataclasses import asdict
-from pathlib import Path
-
-import numpy as np
-
-from ...core.capture.diagnosis import FrameStatistics, diagnose, mesh_statistics
+from ...core.capture.cleaning import CapturedFrame
+from ...core.capture.diagnosis import FrameStatistics, diagnose
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
-from ...io.discovery import find_sequence
 from ...io.files import output_folder
 from ...io.findings import write_findings
-from ...io.meshes import parse_mesh, read_bytes
-from ...io.preview import PreviewMesh, preview_path, read_arrays, remove_other_previews, write_preview
+from ...io.meshes import read_bytes
+from ...io.preview import preview_path, remove_other_previews
+from ...io.sequence import Frame, Sequence
 from ...io.textures import missing_textures
-from ..session.job import CHECK, JobSpec
+from ..session.cache import Cache
+from ..session.capture import capture_sequence
+from ..session.job import CACHE_FOLDER, CHECK, JobSpec
 from ..session.parallel import Workers
+from ..session.session import Notify, Session, StageShare
 
-FIGURES_NAME = "figures"  # of the array in which a preview keeps the figures of its frame
 
+def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: Workers) -> list[Finding]:
+    """Reads every frame that is new or has changed, and writes the findings as JSON and as text.
 
-def check_sequence(spec: JobSpec, notify: Callable[[str, int | None, float], None], workers: Workers) -> list[Finding]:
-    """Looks at every frame that was not looked at before, and writes the findings as JSON and as text.
-
-    A frame that cannot be read is a finding, not an error. Raises RefMeshError when there is no sequence or no place to
-    write to, and what `notify` raises.
+    A frame that cannot be read is a finding, not an error. Raises RefMeshError when there is no place to write to, and what
+    `notify` raises.
     """
-    sequence = find_sequence(spec.source, spec.frames)
     output = output_folder(spec.output)
-    known: dict[int, FrameStatistics] = {}
-    for index, frame in enumerate(sequence.frames):
-        notify(CHECK, frame.number, 0.0)
-        figures = _known(frame.number, frame.path, output) if spec.resume else None
-        if figures is not None:
-            known[index] = figures
-    waiting = [index for index in range(len(sequence.frames)) if index not in known]
-    tasks = ((sequence.frames[index].number, sequence.frames[index].path, output) for index in waiting)
-    for count, (task, figures) in enumerate(workers.map(look_at, tasks, lambda: notify(CHECK, None, 0.0)), start=1):
-        known[waiting[task]] = figures
-        notify(CHECK, figures.number, count / len(waiting))
-    findings = diagnose([known[index] for index in range(len(sequence.frames))], sequence.gaps)
+    session = Session(output, Cache(output / CACHE_FOLDER, spec.resume), workers, notify)
+    errors: dict[int, RefMeshError] = {}
+    captured = capture_sequence(session, sequence, StageShare(CHECK), errors.__setitem__)
+    statistics = [
+        _unreadable(frame, errors[index]) if index in errors else _statistics(frame, captured.files[index].captured, captured.keys[index])
+        for index, frame in enumerate(sequence.frames)
+    ]
+    findings = diagnose(statistics, sequence.gaps)
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])
     write_findings(output, sequence, findings)
     return findings
 
 
-def look_at(number: int, path: Path, output: Path) -> FrameStatistics:
-    """The figures of one frame, kept with its preview; one that cannot be read has neither."""
-    try:
-        data = read_bytes(path)
-        mesh = parse_mesh(data, path)
-    except RefMeshError as error:
-        return FrameStatistics(number, str(error).replace(f"{path}: ", ""))
-    content = hashlib.blake2b(data, digest_size=16).hexdigest()
-    figures = FrameStatistics(number, content=content, missing_textures=missing_textures(data, path), **mesh_statistics(mesh))
-    entry = np.array(json.dumps(asdict(figures)))
-    write_preview(preview_path(output, path), PreviewMesh.of(mesh), {FIGURES_NAME: entry})
-    return figures
+def _unreadable(frame: Frame, error: RefMeshError) -> FrameStatistics:
+    return FrameStatistics(frame.number, str(error).replace(f"{frame.path}: ", ""))
 
 
-def _known(number: int, path: Path, output: Path) -> FrameStatistics | None:
-    try:
-        arrays = read_arrays(preview_path(output, path), [FIGURES_NAME])
-        values = json.loads(str(arrays[FIGURES_NAME])) if arrays else None
-    except (OSError, ValueError):
-        return None
-    if values is None:
-        return None
-    return FrameStatistics(**{**values, "number": number, "missing_textures": tuple(values["missing_textures"])})
+def _statistics(frame: Frame, captured: CapturedFrame, key: str) -> FrameStatistics:
+    textures = missing_textures(read_bytes(frame.path), frame.path)  # asked for each time: they are files of their own
+    return FrameStatistics(frame.number, content=key, missing_textures=textures, **vars(captured.statistics))

@@ -1,62 +1,48 @@
-"""The evaluation stage: how far each deformed frame is from its source, in figures and in colour."""
+"""The evaluation stage: how far each deformed frame is from its source, and each group's mesh from the next one's."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 
-import numpy as np
-
-from ...core.arrays import from_arrays, to_arrays
-from ...core.evaluation.error_scale import error_colors
 from ...core.evaluation.metrics import MeasuredFrame, measure
-from ...core.types import TriangleMesh
-from ...io.ply import write_ply
 from ..session.cache import digest
+from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
-from .deformation import Deformed
+from ..session.job import EVALUATION
+from ..session.session import StageShare
+from .deformation import DeformedSequence
+from .groups import FrameGroup
 
-EVALUATION_SCHEMA = 4
-
-
-def evaluate(context: Context, deformed: Deformed) -> None:
-    """Fills in the distances of frames and hand-overs in the report and colours each frame's PLY by the error of each vertex."""
-    _evaluate_frames(context, deformed.frames, deformed.velocities)
-    _evaluate_handovers(context, deformed)
-
-
-def _evaluate_frames(context: Context, deformed: dict[int, TriangleMesh], velocities: dict[int, np.ndarray]) -> None:
-    settings = context.settings.evaluation
-    frames = sorted(deformed)
-    keys = {
-        frame: digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], deformed[frame].vertices.tobytes())
-        for frame in frames
-    }
-    found = {frame: context.cache.load(_entry(context, frame), keys[frame]) for frame in frames}
-    waiting = [frame for frame in frames if found[frame] is None]
-    tasks = ((context.frames.mesh(frame), deformed[frame], settings.samples) for frame in waiting)
-    for count, (index, result) in enumerate(context.workers.map(measure, tasks, lambda: context.notify("evaluation", None, 0.0))):
-        frame = waiting[index]
-        found[frame] = to_arrays(result)
-        context.cache.save(_entry(context, frame), keys[frame], found[frame])
-        context.notify("evaluation", context.numbers[frame], (len(frames) - len(waiting) + count + 1) / len(frames))
-    for position, frame in enumerate(frames):
-        entry, measured = context.report.frames[position], from_arrays(MeasuredFrame, found[frame])
-        write_ply(context.output / entry.deformed, deformed[frame], error_colors(measured.errors), velocities[frame])
-        context.report.frames[position] = replace(entry, **vars(measured.distances))  # its figures have the same names in the report
+EVALUATION_SCHEMA = 5
+# Parts of the stage's time, roughly.
+FRAMES = StageShare(EVALUATION, 0.0, 0.85)
+HANDOVERS = StageShare(EVALUATION, 0.85, 1.0)
 
 
-def _evaluate_handovers(context: Context, deformed: Deformed) -> None:
-    """How far each group's mesh lies from that of the next group, in the next one's first frame."""
-    tasks = []
-    for index in deformed.handovers:
-        following = context.numbers.index(context.report.groups[index + 1].frames[0])
-        tasks.append((deformed.frames[following], deformed.handovers[index], context.settings.evaluation.samples))
-    alive = lambda: context.notify("evaluation", None, 1.0)
-    for task, measured in context.workers.map(measure, tasks, alive):
-        index = list(deformed.handovers)[task]
-        handover = measured.distances.source_to_deformed
-        context.report.groups[index] = replace(context.report.groups[index], handover=handover)
+def evaluate(context: Context, deformed: DeformedSequence) -> Mapping[int, MeasuredFrame]:
+    """The distances of all frames, by index; those of the hand-overs go into the report."""
+    groups = deformed.groups
+    units = {frame: _frame_unit(context, deformed, group, frame) for group in groups for frame in group.frames}
+    measured = cached_map(context, measure, units, MeasuredFrame, FRAMES)
+    handovers = {group.index: _handover_unit(context, deformed, group) for group in groups[:-1]}
+    for index, handover in cached_map(context, measure, handovers, MeasuredFrame, HANDOVERS).items():
+        distance = handover.distances.source_to_deformed
+        context.report.groups[index] = replace(context.report.groups[index], handover=distance)
+    return measured
 
 
-def _entry(context: Context, frame: int) -> str:
-    return f"evaluation/frame_{context.numbers[frame]:04d}"
+def _frame_unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
+    settings, number = context.settings.evaluation, context.numbers[frame]
+    key = digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], group.key, number)
+    arguments = lambda: (context.frames.mesh(frame), deformed.mesh(group, frame), settings.samples)
+    return WorkUnit(f"evaluation/frame_{number:04d}", key, arguments, number)
+
+
+def _handover_unit(context: Context, deformed: DeformedSequence, group: FrameGroup) -> WorkUnit:
+    """From the next group's mesh to this group's, both in the first frame of the next group."""
+    settings, following = context.settings.evaluation, deformed.groups[group.index + 1]
+    key = digest(EVALUATION_SCHEMA, asdict(settings), group.key, following.key)
+    frame = following.frames[0]
+    arguments = lambda: (deformed.mesh(following, frame), deformed.mesh(group, frame), settings.samples)
+    return WorkUnit(f"evaluation/handover_{group.index:03d}", key, arguments, context.numbers[frame])

@@ -1,8 +1,8 @@
-"""The second half of tracking, where it is asked for: rounds of global optimisation over the whole sequence."""
+"""The second half of tracking, where it is asked for: rounds of global optimization over the whole sequence."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -13,85 +13,100 @@ from ...core.tracking.coarse_samples import coarse_samples
 from ...core.tracking.global_optimization import optimize
 from ...core.tracking.ownership import Ownership
 from ...core.tracking.volume import VolumeSamples
-from ..session.cache import Arrays, digest
+from ...core.types import FrozenArrays
+from ..session.cache import digest
 from ..session.context import Context
+from ..session.job import TRACKING
+from ..session.session import StageShare
 from .tracking import FORWARD_SHARE, volume_of
-from .tracking_result import Tracked
+from .tracking_result import TrackingResult
 
-GLOBAL_SCHEMA = 1
+GLOBAL_SCHEMA = 2
 
 
-def optimize_globally(context: Context, tracked: Tracked) -> Tracked:
+@dataclass(frozen=True)
+class GlobalRound(FrozenArrays):
+    """positions : (F, C, 3) after the round.  energies : of the start and after each iteration.  affinity : (C, C) weights."""
+
+    positions: np.ndarray
+    energies: np.ndarray
+    affinity: sparse.csr_matrix
+
+
+@dataclass(frozen=True)
+class FrameEnergies(FrozenArrays):
+    """Figures per frame as forward tracking has them, (F,) each; see `TrackedFrames`."""
+
+    dfu: np.ndarray
+    lloyd_energy: np.ndarray
+    arap_energy: np.ndarray
+
+
+def optimize_globally(context: Context, forward: TrackingResult) -> TrackingResult:
     """The tracking after as many rounds as the settings ask for; without rounds it stays the same."""
-    found, energies = tracked, []
+    result, energies = forward, []
     for index in range(context.settings.tracking.global_rounds):
-        found, falling = _after_round(context, found, index)
-        energies.append([float(energy) for energy in falling])
+        result, falling = _after_round(context, result, index)
+        energies.append(falling.tolist())
     if energies:
-        _report(context, found)
-        context.report.tracking["centers_dropped"] = tracked.positions.shape[1] - found.positions.shape[1]
+        _report(context, result)
+        context.report.tracking["centers_dropped"] = forward.positions.shape[1] - result.positions.shape[1]
         context.report.tracking["global_energies"] = energies
-    return found
+    return result
 
 
-def _after_round(context: Context, last: Tracked, index: int) -> tuple[Tracked, np.ndarray]:
+def _after_round(context: Context, last: TrackingResult, index: int) -> tuple[TrackingResult, np.ndarray]:
     """The tracking after one more round, and the energies on the way; a run that was killed goes on after the last one."""
-    (part,) = last.parts
-    key = digest(GLOBAL_SCHEMA, part.key, index)
-    made = context.cache.load_or_make(f"tracking/global_{index:02d}", key, lambda: _optimized(context, last, index))
-    weights = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (made["positions"].shape[1],) * 2)
-    return replace(last, positions=made["positions"], parts=(replace(part, affinity=weights, key=key),)), made["energies"]
+    (whole,) = last.ranges
+    key = digest(GLOBAL_SCHEMA, whole.key, index)
+    done = context.cache.load_or_make_result(f"tracking/global_{index:02d}", key, GlobalRound, lambda: _optimized(context, last, index))
+    following = replace(whole, load_affinity=lambda: done.affinity, key=key)
+    return replace(last, positions=done.positions, ranges=(following,)), done.energies
 
 
-def _optimized(context: Context, last: Tracked, index: int) -> Arrays:
-    settings, done, (part,) = context.settings.tracking, 0.0, last.parts
+def _optimized(context: Context, last: TrackingResult, index: int) -> GlobalRound:
+    settings, done, (whole,) = context.settings.tracking, 0.0, last.ranges
+    rounds = StageShare(TRACKING, FORWARD_SHARE)
 
     def progress(share: float) -> None:
         nonlocal done
         done = share
-        total = (index + share) / settings.global_rounds
-        context.notify("tracking", None, FORWARD_SHARE + (1 - FORWARD_SHARE) * total)
+        rounds.tell(context.notify, (index + share) / settings.global_rounds)
 
     def samples_of(frame: int) -> VolumeSamples:
-        progress(done)  # so that a run over many frames hears soon that nobody wants it any more
+        progress(done)  # so that a run over many frames soon hears that it was cancelled
         return _samples(context, frame)
 
-    found = optimize(last.positions, part.affinity, samples_of, part.spacing, settings.affinity, progress)
-    pairs = found.affinity.weights().tocoo()
-    return {"positions": found.positions, "energies": found.energies, "row": pairs.row, "column": pairs.col, "value": pairs.data}
+    optimized = optimize(last.positions, whole.load_affinity(), samples_of, whole.spacing, settings.affinity, progress)
+    return GlobalRound(optimized.positions, optimized.energies, optimized.affinity.weights())
 
 
 def _samples(context: Context, frame: int) -> VolumeSamples:
     """From disk each time: the samples of a long take would not fit the memory."""
     settings = context.settings.tracking
     key = digest(GLOBAL_SCHEMA, context.frames.keys[frame], settings.resolution, settings.centers)
-
-    def make() -> Arrays:
-        samples = coarse_samples(volume_of(context, frame), settings.centers)
-        return {"positions": samples.positions, "masses": samples.masses, "spacing": np.float64(samples.spacing)}
-
-    made = context.cache.load_or_make(f"tracking/samples_{context.numbers[frame]:04d}", key, make)
-    return VolumeSamples(made["positions"], made["masses"], float(made["spacing"]))
+    entry = f"tracking/samples_{context.numbers[frame]:04d}"
+    make = lambda: coarse_samples(volume_of(context, frame), settings.centers)
+    return context.cache.load_or_make_result(entry, key, VolumeSamples, make)
 
 
-def _report(context: Context, found: Tracked) -> None:
-    """Figures per frame as forward tracking has them, on the finest samples; its own evenness stays as `dfu_forward`."""
-    key = digest(GLOBAL_SCHEMA, found.parts[0].key)
-    made = context.cache.load_or_make("tracking/global_figures", key, lambda: _figures(context, found))
+def _report(context: Context, optimized: TrackingResult) -> None:
+    """Figures on the finest samples; the evenness of forward tracking stays as `dfu_forward`."""
+    key = digest(GLOBAL_SCHEMA, optimized.ranges[0].key)
+    make = lambda: _energies(context, optimized)
+    energies = context.cache.load_or_make_result("tracking/global_figures", key, FrameEnergies, make)
     report = context.report.tracking
     report["dfu_forward"] = report["dfu"]
-    report.update({name: values.tolist() for name, values in made.items()})
+    report.update({name: values.tolist() for name, values in vars(energies).items()})
 
 
-def _figures(context: Context, found: Tracked) -> Arrays:
-    figures: dict[str, list[float]] = {"dfu": [], "lloyd_energy": [], "arap_energy": []}
-    before, (part,) = found.positions[0], found.parts
-    for frame, centers in enumerate(found.positions):
-        context.notify("tracking", context.numbers[frame], 1.0)
+def _energies(context: Context, optimized: TrackingResult) -> FrameEnergies:
+    rows, before, (whole,) = [], optimized.positions[0], optimized.ranges
+    affinity, unit = whole.load_affinity(), whole.spacing**2
+    for frame, centers in enumerate(optimized.positions):
+        context.notify(TRACKING, context.numbers[frame], 1.0)
         cells = lloyd.cells(centers, Ownership(volume_of(context, frame).finest))
-        apart = rigid_motions(part.affinity, before, centers).apply(before) - centers
-        figures["dfu"].append(cells.non_uniformity)
-        figures["lloyd_energy"].append(cells.energy / part.spacing**2)
-        figures["arap_energy"].append(np.einsum("ni,ni->n", apart, apart).mean() / part.spacing**2)
+        apart = rigid_motions(affinity, before, centers).apply(before) - centers
+        rows.append((cells.non_uniformity, cells.energy / unit, np.einsum("ni,ni->n", apart, apart).mean() / unit))
         before = centers
-    return {name: np.array(values) for name, values in figures.items()}
+    return FrameEnergies(*np.array(rows).T)

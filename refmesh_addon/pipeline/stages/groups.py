@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from ...core.errors import RefMeshError
 from ...core.reference.grouping import content_groups
 from ...io.frame_range import format_ranges
 from ..session.context import Context
-from .tracking_result import Tracked
+from .tracking_result import TrackingResult
 
 
-def fixed_spans(context: Context) -> list[tuple[int, ...]]:
+@dataclass(frozen=True)
+class FrameGroup:
+    """Frames that share a reference mesh.
+
+    frames : indices into the sequence.  handover : the next group's first frame, which this group's mesh is carried to as well, or
+    None for the last group.  key : of all that is made of these frames.
+    """
+
+    index: int
+    frames: tuple[int, ...]
+    handover: int | None
+    key: str
+
+    @property
+    def reached(self) -> tuple[int, ...]:
+        """All frames that the group's mesh is carried to."""
+        return self.frames if self.handover is None else (*self.frames, self.handover)
+
+
+def fixed_groups(context: Context) -> list[tuple[int, ...]]:
     """Groups that begin where asked, or of the size asked for.
 
     Raises RefMeshError when they are to be chosen by what only tracking shows, and for a start that is no frame.
@@ -23,22 +44,22 @@ def fixed_spans(context: Context) -> list[tuple[int, ...]]:
     return [tuple(range(start, min(start + size, count))) for start in range(0, count, size)]
 
 
-def group_spans(context: Context, tracked: Tracked) -> list[tuple[int, ...]]:
+def chosen_groups(context: Context, tracking: TrackingResult) -> list[tuple[int, ...]]:
     """Groups of the size asked for, or chosen by content."""
     settings = context.settings.reference
     if settings.group_size or settings.group_starts.strip():
-        return fixed_spans(context)
-    (part,) = tracked.parts
-    return content_groups(tracked.positions, part.affinity, part.spacing, settings.longest_group, tracked.jumps)
+        return fixed_groups(context)
+    (whole,) = tracking.ranges
+    return content_groups(tracking.positions, whole.load_affinity(), whole.spacing, settings.longest_group, tracking.jumps)
 
 
 def _starts(context: Context) -> list[int]:
     """Indices of the frames that begin a group; the first frame always does."""
     numbers = list(context.numbers)
-    words = context.settings.reference.group_starts
+    text = context.settings.reference.group_starts
     starts = {0}
-    for word in words.split(","):
-        if not word.strip().isdecimal() or int(word) not in numbers:
-            raise RefMeshError(f"--group-starts '{words}': '{word.strip()}' is no frame of the job; it has {format_ranges(numbers)}")
-        starts.add(numbers.index(int(word)))
+    for number in text.split(","):
+        if not number.strip().isdecimal() or int(number) not in numbers:
+            raise RefMeshError(f"--group-starts '{text}': '{number.strip()}' is no frame of the job; it has {format_ranges(numbers)}")
+        starts.add(numbers.index(int(number)))
     return sorted(starts)

@@ -12,13 +12,13 @@ from ...core.reference.marks import Marks, parse_marks
 from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
 from ..session.context import Context
-from .tracking_result import Tracked
+from .tracking_result import TrackingResult
 
 JOINED = 0.05  # least share of a piece of surface that has to belong to a second body, so that a ragged edge does not count
 
 
-def wanted_apart(context: Context) -> Marks | None:
-    """What `--apart` asks for, if anything. Raises RefMeshError when it is not understood or names a frame that is not there."""
+def parsed_marks(context: Context) -> Marks | None:
+    """What `--apart` asks for, if anything. Raises RefMeshError when it cannot be parsed or names a frame that is not there."""
     marks = parse_marks(context.settings.reference.apart)
     if marks and marks.frame not in context.numbers:
         there = format_ranges(context.numbers)
@@ -26,12 +26,12 @@ def wanted_apart(context: Context) -> Marks | None:
     return marks
 
 
-def bodies_apart(context: Context, tracked: Tracked) -> np.ndarray | None:
+def bodies_apart(context: Context, tracking: TrackingResult) -> np.ndarray | None:
     """(C,) the marked body of each center, -1 where there is none; None when nothing is to be apart.
 
     Raises RefMeshError for marks that lie outside the volume or contradict each other.
     """
-    marks = wanted_apart(context)
+    marks = parsed_marks(context)
     if marks is None:
         return None
     if len(marks.bodies) < 2:
@@ -39,9 +39,9 @@ def bodies_apart(context: Context, tracked: Tracked) -> np.ndarray | None:
         return None
     if context.settings.reference.mapping == "rbf":
         context.warn("--mapping rbf cannot tear, so marked bodies stay together: choose --mapping affinity")
-    spacing = tracked.part_of(context.numbers.index(marks.frame)).spacing
+    spacing = tracking.range_of(context.numbers.index(marks.frame)).spacing
     try:
-        return bodies_by_marks(tracked.positions, context.numbers, spacing, marks)
+        return bodies_by_marks(tracking.positions, context.numbers, spacing, marks)
     except ValueError as error:
         raise RefMeshError(f"--apart, frame {marks.frame}: {error}; mark the bodies again") from error
 

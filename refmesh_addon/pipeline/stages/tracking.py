@@ -1,46 +1,40 @@
-"""The tracking stage: centers carried through all frames, over the whole sequence or group by group."""
+"""The tracking stage over a whole sequence: centers carried forward from frame to frame."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
 from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
-from ...core.tracking.affinity import Affinity
 from ...core.tracking.forward import TrackedFrame, first_frame, next_frame
-from ...core.tracking.lloyd import Cells
 from ...core.tracking.volume import Volume, sample_volume
 from ...core.types import TriangleMesh
-from ..session.cache import Arrays, digest
+from ..session.cache import digest
 from ..session.context import READING_SHARE, Context
+from ..session.job import TRACKING
 from ..session.parallel import one_ahead
-from .tracking_result import Part, Tracked, frame_entry, report_tracking, volume_jumps
+from ..session.session import StageShare
+from .tracking_report import report_tracking
+from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
-TRACKING_SCHEMA = 5
-FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimisation follow
+TRACKING_SCHEMA = 6
+FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
 
 
-def track_sequence(context: Context) -> Tracked:
+def track_sequence(context: Context) -> TrackingResult:
     """Tracks the centers forward through all frames."""
-    settings = context.settings.tracking
-    end = FORWARD_SHARE if settings.global_rounds else 1.0
-    keys = _chained_keys(context)
-    states, done = _resumed(context, keys)
+    settings, keys = context.settings.tracking, _chained_keys(context)
+    share = StageShare(TRACKING, READING_SHARE, FORWARD_SHARE if settings.global_rounds else 1.0)
+    state, done = _resumed(context, keys)
     for index, volume in enumerate(one_ahead(lambda index: volume_of(context, index), range(done, len(keys))), done):
-        context.notify("tracking", context.numbers[index], READING_SHARE + (end - READING_SHARE) * index / len(keys))
-        state = next_frame(states[-1], volume, settings) if states else first_frame(volume, settings)
-        states = [*states[-1:], state]
-        context.cache.save(_frame_entry(context, index), keys[index], frame_entry(state, volume, context.frames.path(index)))
-        context.cache.save(STATE, keys[index], _as_arrays(state))
-    entries = [context.cache.load(_frame_entry(context, index), key) for index, key in enumerate(keys)]
-    affinity = states[-1].affinity
-    report_tracking(context, entries, affinity.spacing)
-    part = Part(len(keys), affinity.weights(), affinity.spacing, keys[-1])
-    return Tracked(np.stack([entry["centers"] for entry in entries]), (part,), tuple(volume_jumps(entries)))
+        share.tell(context.notify, index / len(keys), context.numbers[index])
+        state = next_frame(state, volume, settings) if state else first_frame(volume, settings)
+        context.cache.save_result(_frame_entry(context, index), keys[index], TrackedFrames.of(state, volume, context.frames.path(index)))
+        context.cache.save_result(STATE, keys[index], state)
+    assert state is not None, "a sequence has at least one frame"
+    return _result(context, keys, state)
 
 
 def volume_of(context: Context, index: int) -> Volume:
@@ -54,6 +48,23 @@ def enclosed_volume(body: TriangleMesh, path: Path, settings: TrackingSettings) 
         return sample_volume(body, settings.resolution, settings.centers)
     except ValueError as error:
         raise RefMeshError(f"{path}: too little volume to track ({error}); RefMesh needs closed bodies") from error
+
+
+def _result(context: Context, keys: list[str], last: TrackedFrame) -> TrackingResult:
+    frames = TrackedFrames.concatenated([_tracked(context, index, key) for index, key in enumerate(keys)])
+    affinity = last.affinity
+    report_tracking(context, frames, affinity.spacing)
+    whole = TrackedRange(len(keys), affinity.spacing, keys[-1], affinity.weights)
+    return TrackingResult(frames.centers, (whole,), tuple(frames.volume_jumps()))
+
+
+def _tracked(context: Context, index: int, key: str) -> TrackedFrames:
+    """A frame that was tracked before, read from the cache. Raises RefMeshError, naming the file, when it is gone."""
+    entry = _frame_entry(context, index)
+    frame = context.cache.load_result(entry, key, TrackedFrames)
+    if frame is None:
+        raise RefMeshError(f"{context.cache.path(entry, key)}: cannot be read again; start the run again")
+    return frame
 
 
 def _chained_keys(context: Context) -> list[str]:
@@ -71,30 +82,11 @@ def _frame_entry(context: Context, index: int) -> str:
     return f"tracking/frame_{context.numbers[index]:04d}"
 
 
-def _resumed(context: Context, keys: list[str]) -> tuple[list[TrackedFrame], int]:
+def _resumed(context: Context, keys: list[str]) -> tuple[TrackedFrame | None, int]:
     """The last state on disk, if any, and how many frames are done."""
     for done in range(len(keys), 0, -1):
-        state = context.cache.load(STATE, keys[done - 1])
+        state = context.cache.load_result(STATE, keys[done - 1], TrackedFrame)
         if state is not None:
-            complete = all(context.cache.load(_frame_entry(context, i), keys[i]) is not None for i in range(done))
-            return ([_from_arrays(state)], done) if complete else ([], 0)
-    return [], 0
-
-
-def _as_arrays(state: TrackedFrame) -> Arrays:
-    parts = {f"{part}_{name}": np.asarray(value) for part in ("affinity", "cells") for name, value in vars(getattr(state, part)).items()}
-    numbers = {"arap_energy": np.float64(state.arap_energy), "steps": np.int64(state.steps)}
-    return {"centers": state.centers, "before": state.before} | numbers | parts
-
-
-def _from_arrays(arrays: Arrays) -> TrackedFrame:
-    within = lambda part: {name.removeprefix(part): value for name, value in arrays.items() if name.startswith(part)}
-    affinity, cells = within("affinity_"), within("cells_")
-    return TrackedFrame(
-        arrays["centers"],
-        arrays["before"],
-        Affinity(**{**affinity, "centers": int(affinity["centers"]), "spacing": float(affinity["spacing"])}),
-        Cells(**{**cells, "energy": float(cells["energy"])}),
-        float(arrays["arap_energy"]),
-        int(arrays["steps"]),
-    )
+            entries = (context.cache.load_result(_frame_entry(context, index), keys[index], TrackedFrames) for index in range(done))
+            return (state, done) if all(entries) else (None, 0)
+    return None, 0

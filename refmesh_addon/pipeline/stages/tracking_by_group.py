@@ -6,7 +6,8 @@ next group take the numbers of those that they lie nearest to: a center keeps it
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,67 +18,79 @@ from ...core.settings import TrackingSettings
 from ...core.tracking.forward import first_frame, next_frame
 from ...core.tracking.renumbering import assignment
 from ...core.types import TriangleMesh
-from ..session.cache import Arrays, digest
+from ..session.cache import digest
+from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import READING_SHARE, Context
-from .groups import fixed_spans
+from ..session.job import TRACKING
+from ..session.session import StageShare
+from .groups import fixed_groups
 from .tracking import TRACKING_SCHEMA, enclosed_volume
-from .tracking_result import FRAME_FIGURES, Part, Tracked, frame_entry, report_tracking
+from .tracking_report import report_tracking
+from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
 
-def track_groups(context: Context) -> Tracked:
+@dataclass(frozen=True)
+class TrackedGroup:
+    """frames : of the group, and the first of the next where there is one.  affinity : (C, C) weights.  spacing : s, scene units."""
+
+    frames: TrackedFrames
+    affinity: sparse.csr_matrix
+    spacing: float
+
+
+def track_groups(context: Context) -> TrackingResult:
     """Tracks each group of frames by itself. Raises RefMeshError when global rounds, or groups by content, are asked for too."""
-    settings = context.settings.tracking
-    if settings.global_rounds:
-        raise RefMeshError("--global-rounds optimises the whole sequence at once: leave it out, or track with --tracking sequence")
-    frames = context.frames
-    spans = fixed_spans(context)
-    reaches = [range(span[0], min(span[-1] + 2, len(frames))) for span in spans]
-    keys = [digest(TRACKING_SCHEMA, asdict(settings), [frames.keys[index] for index in reach]) for reach in reaches]
-    found = [context.cache.load(_entry(group), key) for group, key in enumerate(keys)]
-    waiting = [group for group, made in enumerate(found) if made is None]
-    tasks = (([frames.body(i) for i in reaches[group]], [frames.path(i) for i in reaches[group]], settings) for group in waiting)
-    done = context.workers.map(track_group, tasks, lambda: context.notify("tracking", None, READING_SHARE))
-    for count, (task, made) in enumerate(done, 1):
-        group = waiting[task]
-        found[group] = made
-        context.cache.save(_entry(group), keys[group], made)
-        share = (len(keys) - len(waiting) + count) / len(keys)
-        context.notify("tracking", context.numbers[spans[group][-1]], READING_SHARE + (1 - READING_SHARE) * share)
-    return _joined(context, spans, found, keys)
+    if context.settings.tracking.global_rounds:
+        raise RefMeshError("--global-rounds optimizes the whole sequence at once: leave it out, or track with --tracking sequence")
+    groups = fixed_groups(context)
+    units = {index: _unit(context, index, frames) for index, frames in enumerate(groups)}
+    tracked = cached_map(context, track_group, units, TrackedGroup, StageShare(TRACKING, READING_SHARE))
+    return _joined(context, groups, tracked, [unit.key for unit in units.values()])
 
 
-def track_group(bodies: list[TriangleMesh], paths: list[Path], settings: TrackingSettings) -> Arrays:
-    """Centers (F, C, 3) and figures (F,) of the frames of one group, and the pairs of its affinity."""
-    state, entries = None, []
+def track_group(bodies: list[TriangleMesh], paths: list[Path], settings: TrackingSettings) -> TrackedGroup:
+    """Centers carried from the first of some frames to the last. Raises RefMeshError, naming the file, where that is impossible."""
+    state, frames = None, []
     for body, path in zip(bodies, paths, strict=True):
         volume = enclosed_volume(body, path, settings)
         state = next_frame(state, volume, settings) if state else first_frame(volume, settings)
-        entries.append(frame_entry(state, volume, path))
-    pairs = state.affinity.weights().tocoo()
-    arrays = {name: np.stack([entry[name] for entry in entries]) for name in (*FRAME_FIGURES, "centers", "volume", "outside")}
-    return arrays | {"row": pairs.row, "column": pairs.col, "value": pairs.data, "spacing": np.float64(state.affinity.spacing)}
+        frames.append(TrackedFrames.of(state, volume, path))
+    assert state is not None, "a group has at least one frame"
+    return TrackedGroup(TrackedFrames.concatenated(frames), state.affinity.weights(), state.affinity.spacing)
 
 
-def _joined(context: Context, spans: list[tuple[int, ...]], found: list[Arrays], keys: list[str]) -> Tracked:
-    """The groups one after the other, with numbers of centers that go on; what a center steps by is reported."""
-    positions, parts, entries, steps, beyond, key = [], [], [], [], None, ""
-    for span, made, own_key in zip(spans, found, keys, strict=True):
-        centers, spacing = made["centers"], float(made["spacing"])
-        count = centers.shape[1]
-        order = np.arange(count) if beyond is None else assignment(beyond, centers[0])
+def _unit(context: Context, index: int, group: tuple[int, ...]) -> WorkUnit:
+    """A group and the first frame of the next."""
+    frames, settings = context.frames, context.settings.tracking
+    reach = range(group[0], min(group[-1] + 2, len(frames)))
+    key = digest(TRACKING_SCHEMA, asdict(settings), [frames.keys[frame] for frame in reach])
+
+    def arguments() -> tuple:
+        return [frames.body(frame) for frame in reach], [frames.path(frame) for frame in reach], settings
+
+    return WorkUnit(f"tracking/group_{index:03d}", key, arguments, context.numbers[group[-1]])
+
+
+def _joined(context: Context, groups: list[tuple[int, ...]], tracked: Mapping[int, TrackedGroup], keys: list[str]) -> TrackingResult:
+    """The groups one after the other, with numbers of centers that go on; the way from a center to its partner is reported."""
+    parts, steps, key = [], [], ""
+    ranges: list[TrackedRange] = []
+    for index, frames in enumerate(groups):
+        group, beyond = tracked[index], ranges[-1].beyond if ranges else None
+        centers = group.frames.centers
+        order = np.arange(centers.shape[1]) if beyond is None else assignment(beyond, centers[0])
         if beyond is not None:
             apart = np.linalg.norm(centers[0][order] - beyond, axis=1)
-            steps.append(float(np.sqrt(np.mean(apart**2)) / spacing))
-        affinity = sparse.csr_matrix((made["value"], (made["row"], made["column"])), (count, count))[order][:, order].tocsr()
-        key = digest(key, own_key)  # the numbers, and nothing else, depend on the groups before
-        positions += list(centers[: len(span), order])
-        entries += [{name: made[name][frame] for name in (*FRAME_FIGURES, "volume", "outside")} for frame in range(len(span))]
-        beyond = centers[len(span), order] if len(centers) > len(span) else None
-        parts.append(Part(span[-1] + 1, affinity, spacing, key, beyond))
-    report_tracking(context, entries, parts[0].spacing)
+            steps.append(float(np.sqrt(np.mean(apart**2)) / group.spacing))
+        key = digest(key, keys[index])  # the numbers, and nothing else, depend on the groups before
+        parts.append(group.frames.renumbered(len(frames), order))
+        beyond = centers[len(frames), order] if len(centers) > len(frames) else None
+        ranges.append(TrackedRange(frames[-1] + 1, group.spacing, key, _affinity_in_order(tracked, index, order), beyond))
+    joined = TrackedFrames.concatenated(parts)
+    report_tracking(context, joined, ranges[0].spacing)
     context.report.tracking["handover"] = steps
-    return Tracked(np.stack(positions), tuple(parts))
+    return TrackingResult(joined.centers, tuple(ranges))
 
 
-def _entry(group: int) -> str:
-    return f"tracking/group_{group:03d}"
+def _affinity_in_order(tracked: Mapping[int, TrackedGroup], index: int, order: np.ndarray) -> Callable[[], sparse.csr_matrix]:
+    return lambda: tracked[index].affinity[order][:, order].tocsr()

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from refmesh_addon.core.capture.diagnosis import FrameStatistics, diagnose, mesh_statistics
+from refmesh_addon.core.capture.cleaning import cleaned
+from refmesh_addon.core.capture.diagnosis import FrameStatistics, diagnose
 
 from ..shapes import above, ball, box, flipped, inside_out, joined, moved, without
 
 
 def frame(number: int, mesh=None, **changes) -> FrameStatistics:
-    return FrameStatistics(**{"number": number, "content": str(number), **mesh_statistics(mesh or ball(2)), **changes})
+    return FrameStatistics(**{"number": number, "content": str(number), **vars(cleaned(mesh or ball(2)).statistics), **changes})
 
 
 def found(frames, gaps=()) -> list[tuple[str, str, int]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.pipeline.process.client import GENTLE, WorkerProcess
+from refmesh_addon.pipeline.process.client import LOW_PRIORITY, WorkerProcess
 from refmesh_addon.pipeline.process.environment import worker_environment
 from refmesh_addon.pipeline.process.lock import output_lock
 from refmesh_addon.pipeline.session.job import JobSpec
@@ -20,8 +20,8 @@ from ..conftest import FRAMES, TINY
 ABANDON = """
 import os, sys
 from pathlib import Path
-from refmesh_addon.pipeline.client import GENTLE, WorkerProcess
-from refmesh_addon.pipeline.job import JobSpec
+from refmesh_addon.pipeline.process.client import WorkerProcess
+from refmesh_addon.pipeline.session.job import JobSpec
 worker = WorkerProcess(JobSpec.from_json(Path(sys.argv[1]).read_text()))
 next(event for event in worker.events() if event.kind == "progress")
 os._exit(0)
@@ -171,10 +171,10 @@ def test_a_bad_frame_is_named_and_nothing_is_half_written(two_balls, tmp_path, c
 
 
 @pytest.mark.skipif(os.name == "nt", reason="priorities are other things there")
-@pytest.mark.parametrize("gentle", [False, True])
-def test_a_gentle_worker_lets_others_go_first(two_balls, tmp_path, gentle):
-    worker = WorkerProcess(job(two_balls, tmp_path / "out"), gentle)
+@pytest.mark.parametrize("low_priority", [False, True])
+def test_a_worker_of_low_priority_lets_others_go_first(two_balls, tmp_path, low_priority):
+    worker = WorkerProcess(job(two_balls, tmp_path / "out"), low_priority)
     own = os.getpriority(os.PRIO_PROCESS, 0)
-    assert os.getpriority(os.PRIO_PROCESS, worker.pid) == (max(own, GENTLE) if gentle else own)
+    assert os.getpriority(os.PRIO_PROCESS, worker.pid) == (max(own, LOW_PRIORITY) if low_priority else own)
     worker.cancel()
     list(worker.events())

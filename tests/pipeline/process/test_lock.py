@@ -11,7 +11,7 @@ from refmesh_addon.pipeline.process.lock import output_lock
 
 HOLDER = """
 import sys
-from refmesh_addon.pipeline.lock import output_lock
+from refmesh_addon.pipeline.process.lock import output_lock
 with output_lock(sys.argv[1], "OUT"):
     print("held", flush=True)
     sys.stdin.read()

@@ -12,7 +12,10 @@ from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.cache import Cache
-from refmesh_addon.pipeline.session.frames import FRAMES_IN_MEMORY, Frames
+from refmesh_addon.pipeline.session.frames import FRAMES_IN_MEMORY, Frames, read_frames
+from refmesh_addon.pipeline.session.session import Session, StageShare
+
+from ..running import shared_workers
 
 
 def ball(radius=1.0, shift=0.0):
@@ -34,11 +37,12 @@ class Take:
         return self.source / f"take_{number:03d}.obj"
 
     def open(self) -> Frames:
-        note = lambda number, share: self.progress.append((number, share))
-        return Frames(find_sequence(self.source), Cache(self.folder / "cache"), self.warnings.append, note)
+        note = lambda stage, number, share: self.progress.append((number, share))
+        session = Session(self.folder, Cache(self.folder / "cache"), shared_workers(), note)
+        return read_frames(session, find_sequence(self.source), StageShare("tracking"), self.warnings.append)
 
     def written(self) -> dict[str, int]:
-        return {path.name: path.stat().st_mtime_ns for path in (self.folder / "cache").rglob("*.npz")}
+        return {path.name: path.stat().st_mtime_ns for path in (self.folder / "cache" / "frames").glob("*.npz")}
 
 
 def test_seams_are_merged_and_nothing_else_changes(tmp_path):
@@ -132,7 +136,9 @@ def test_equal_files_have_equal_keys_wherever_they_are(tmp_path):
 def test_every_frame_is_announced(tmp_path):
     take = Take(tmp_path, ball(), ball(), ball())
     take.open()
-    assert take.progress == [(1, 0.0), (2, pytest.approx(1 / 3)), (3, pytest.approx(2 / 3))]
+    announced = {number: share for number, share in take.progress if number is not None}
+    assert set(announced) == {1, 2, 3}
+    assert sorted(announced.values()) == pytest.approx([1 / 3, 2 / 3, 1])
 
 
 def test_few_meshes_are_held_in_memory(tmp_path):
@@ -145,7 +151,7 @@ def test_few_meshes_are_held_in_memory(tmp_path):
 
 
 def test_a_copy_that_disappears_during_the_run_is_told(tmp_path):
-    take = Take(tmp_path, ball())
+    take = Take(tmp_path, ball(), ball(shift=0.1))
     frames = take.open()
     for path in (tmp_path / "cache").rglob("*.npz"):
         os.unlink(path)

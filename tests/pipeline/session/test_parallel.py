@@ -79,17 +79,17 @@ def test_what_a_task_raises_is_raised_here(pair):
     assert dict(pair.map(power, [(2, 2)], nothing)) == {0: 4}, "and the processes go on"
 
 
-def test_alive_is_asked_while_waiting_and_stops_the_work():
+def test_poll_is_called_while_waiting_and_stops_the_work():
     calls = []
 
-    def alive():
+    def poll():
         calls.append(time.monotonic())
         if len(calls) == 3:
             raise Cancelled
 
     with Workers(1) as workers:
         with pytest.raises(Cancelled):
-            list(workers.map(sleep, [(10 * PATIENCE,)], alive))
+            list(workers.map(sleep, [(10 * PATIENCE,)], poll))
         process = next(iter(workers._pool._processes.values()))
     process.join(PATIENCE)
     assert not process.is_alive(), "a task that nobody waits for has ended"

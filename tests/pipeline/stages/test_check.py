@@ -6,13 +6,16 @@ import pytest
 import trimesh
 
 from refmesh_addon.core.errors import Cancelled, RefMeshError
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.findings import CHECK_TEXT, read_findings
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.preview import PREVIEW_FOLDER, preview_path, read_preview
 from refmesh_addon.pipeline.process.client import WorkerProcess
 from refmesh_addon.pipeline.session.job import CHECK, JobSpec
 from refmesh_addon.pipeline.session.parallel import Workers
-from refmesh_addon.pipeline.stages import check as diagnosis
+from refmesh_addon.pipeline.stages.check import check_sequence
+
+from ..running import cache_entries, finish, remade, stages_of
 
 
 @pytest.fixture
@@ -30,7 +33,7 @@ def take(tmp_path) -> Path:
 
 def check(take: Path, output: Path, notify=lambda *_: None):
     with Workers(1) as workers:
-        return diagnosis.check_sequence(JobSpec(str(take), str(output), until=CHECK), notify, workers)
+        return check_sequence(JobSpec(str(take), str(output), until=CHECK), find_sequence(take), notify, workers)
 
 
 def test_findings_of_a_real_process_are_written_for_panel_and_person(take, tmp_path):
@@ -55,14 +58,14 @@ def test_only_what_changed_is_looked_at_again(take, tmp_path, monkeypatch):
     trimesh.creation.box().export(take / "take_5.ply")
     looked = []
 
-    def remembered(_, function, tasks, alive):
+    def remembered(_, function, tasks, poll):
         for index, task in enumerate(tasks):
             looked.append(task)
             yield index, function(*task)
 
     monkeypatch.setattr(Workers, "map", remembered)
     after = check(take, tmp_path / "out")
-    assert [task[0] for task in looked] == [5]
+    assert [task[0].name for task in looked] == ["take_5.ply"]
     assert "unreadable" not in [finding.kind for finding in after] and before != after
     assert check(take, tmp_path / "out") == after and len(looked) == 1
 
@@ -80,6 +83,31 @@ def test_a_wish_to_stop_is_heard_and_what_is_done_is_kept(take, tmp_path):
     with pytest.raises(Cancelled):
         check(take, tmp_path / "out", stop)
     assert list((tmp_path / "out" / PREVIEW_FOLDER).glob("*.npz")) and not (tmp_path / "out" / CHECK_TEXT).exists()
+
+
+def test_a_job_after_the_check_parses_nothing_again(two_balls, tmp_path):
+    check(two_balls, tmp_path / "out")
+    before = cache_entries(tmp_path / "out")
+    assert stages_of(set(before)) == {"frames"}
+    finish(two_balls, tmp_path / "out", until="tracking")
+    assert not any(name.startswith("frames/") for name in remade(before, cache_entries(tmp_path / "out")))
+
+
+def test_a_check_after_a_job_parses_nothing_again_and_finds_the_preview(two_balls, tmp_path):
+    finish(two_balls, tmp_path / "out", until="tracking")
+    before = cache_entries(tmp_path / "out")
+    assert check(two_balls, tmp_path / "out") == []
+    assert cache_entries(tmp_path / "out") == before
+    assert all(read_preview(preview_path(tmp_path / "out", path)) for path in two_balls.iterdir())
+
+
+def test_a_texture_that_appears_is_no_longer_missing(tmp_path):
+    (tmp_path / "in").mkdir()
+    ball = trimesh.creation.icosphere(2).export(file_type="obj", include_normals=False)
+    (tmp_path / "in" / "ball_1.obj").write_text("mtllib ball.mtl\n" + ball)
+    assert [finding.kind for finding in check(tmp_path / "in", tmp_path / "out")] == ["textures"]
+    (tmp_path / "in" / "ball.mtl").write_text("newmtl skin\n")
+    assert check(tmp_path / "in", tmp_path / "out") == []
 
 
 def test_findings_that_are_not_there_are_named(tmp_path):

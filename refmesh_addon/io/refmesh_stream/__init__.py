@@ -1,0 +1,1 @@
+"""The compressed export: .refmesh files."""

@@ -1,0 +1,121 @@
+"""The one way in which a stage does its work: many independent units, done on all cores, each result kept in the cache.
+
+A stage states its units, the function that does one, and the type of its results. What an earlier run has left is not done
+again; what is done is kept at once, so that a job that was cancelled or killed goes on where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+from ...core.arrays import Result
+from ...core.errors import RefMeshError
+from .cache import Cache
+from .session import Session, StageShare
+
+Name = TypeVar("Name")
+
+
+@dataclass(frozen=True)
+class WorkUnit:
+    """One piece of a stage's work, which any process on any machine can do.
+
+    entry : name of its result in the cache.  key : digest of all that the result depends on.
+    arguments : gives the arguments of the stage's function by value: arrays, numbers, texts and dataclasses of these. It is called
+    when a process is about to be free, so that those of a long take are never in memory together.
+    frame : number of the frame that progress names, None where it is no single frame.
+    """
+
+    entry: str
+    key: str
+    arguments: Callable[[], tuple]
+    frame: int | None = None
+
+
+class CachedResults(Mapping[Name, Result], Generic[Name, Result]):
+    """Results of units under the units' names, read from the cache when they are asked for; only the last one stays in memory."""
+
+    def __init__(self, cache: Cache, units: Mapping[Name, WorkUnit], kind: type[Result]):
+        self._cache, self._units, self._kind = cache, units, kind
+        self._latest: tuple[Name, Result] | None = None
+
+    def __getitem__(self, name: Name) -> Result:
+        """Raises RefMeshError, naming the file, when the entry has disappeared during the run."""
+        if self._latest is None or self._latest[0] != name:
+            self._latest = (name, self._read(self._units[name]))
+        return self._latest[1]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._units
+
+    def __iter__(self) -> Iterator[Name]:
+        return iter(self._units)
+
+    def __len__(self) -> int:
+        return len(self._units)
+
+    def _read(self, unit: WorkUnit) -> Result:
+        result = self._cache.load_result(unit.entry, unit.key, self._kind)
+        if result is None:
+            raise RefMeshError(f"{self._cache.path(unit.entry, unit.key)}: cannot be read again; start the run again")
+        return result
+
+
+def cached_map(
+    session: Session,
+    function: Callable[..., Result],
+    units: Mapping[Name, WorkUnit],
+    kind: type[Result],
+    share: StageShare,
+    failed: Callable[[Name, RefMeshError], None] | None = None,
+) -> CachedResults[Name, Result]:
+    """Does all units whose results are not in the cache, in any order, and gives the results of all.
+
+    function : at module level; result of type `kind`, which `to_arrays` can pack.  share : of the stage's progress.
+    failed : called with the name of a unit that cannot be done, and why; such a unit has no result and is tried again by the next
+    run. Without it the first RefMeshError ends the map. Raises what `session.notify` raises: it is called several times a second.
+    """
+    missing = [name for name, unit in units.items() if _missing(session, unit, kind, share)]
+    progress = _Progress(session, share, len(units), len(units) - len(missing))
+    lost = set()
+    tasks = (units[name].arguments() for name in missing)
+    for index, outcome in session.workers.map(function if failed is None else partial(_attempted, function), tasks, progress.tell):
+        name = missing[index]
+        if failed is not None and isinstance(outcome, RefMeshError):
+            failed(name, outcome)
+            lost.add(name)
+        else:
+            session.cache.save_result(units[name].entry, units[name].key, outcome)
+        progress.advance(units[name].frame)
+    return CachedResults(session.cache, {name: unit for name, unit in units.items() if name not in lost}, kind)
+
+
+def _missing(session: Session, unit: WorkUnit, kind: type, share: StageShare) -> bool:
+    share.tell(session.notify, 0.0)
+    return session.cache.load_result(unit.entry, unit.key, kind) is None
+
+
+@dataclass
+class _Progress:
+    session: Session
+    share: StageShare
+    total: int
+    done: int
+
+    def tell(self) -> None:
+        self.share.tell(self.session.notify, self.done / max(self.total, 1))
+
+    def advance(self, frame: int | None) -> None:
+        self.done += 1
+        self.share.tell(self.session.notify, self.done / self.total, frame)
+
+
+def _attempted(function: Callable, *arguments: Any) -> Any:
+    """What the function returns, or the RefMeshError that it raises."""
+    try:
+        return function(*arguments)
+    except RefMeshError as error:
+        return error

@@ -1,0 +1,98 @@
+"""Each file of a sequence read and parsed once: cleaned for the stages, and as it came for Blender's preview.
+
+Both lie in one cache entry, found by the bytes of the file. Blender, which must not read them all to find its preview, knows
+the same entry by another name, made from name, size and time of the file.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...core.capture.cleaning import CapturedFrame, cleaned
+from ...core.errors import RefMeshError
+from ...io.files import atomic_file, output_folder
+from ...io.meshes import parse_mesh, read_bytes
+from ...io.preview import PreviewMesh, preview_path
+from ...io.sequence import Frame, Sequence
+from .cache import digest
+from .cached_map import WorkUnit, cached_map
+from .session import Session, StageShare
+
+FRAME_SCHEMA = 4
+
+
+@dataclass(frozen=True)
+class CapturedFile(PreviewMesh):
+    """A file of the sequence: the mesh as it came, as Blender shows it, and cleaned."""
+
+    captured: CapturedFrame
+
+
+@dataclass(frozen=True)
+class CapturedSequence:
+    """keys : index of each frame that can be read -> made from the bytes of its file.  files : read from the cache when asked for."""
+
+    keys: dict[int, str]
+    files: Mapping[int, CapturedFile]
+
+
+def capture_sequence(
+    session: Session, sequence: Sequence, share: StageShare, failed: Callable[[int, RefMeshError], None] | None = None
+) -> CapturedSequence:
+    """All frames of a sequence; only files that are new or have changed are parsed.
+
+    failed : called with the index of a frame that cannot be used, and why. Without it the first RefMeshError is raised.
+    """
+    units = {}
+    for index, frame in enumerate(sequence.frames):
+        share.tell(session.notify, 0.0)
+        try:
+            units[index] = _unit(frame)
+        except RefMeshError as error:
+            if failed is None:
+                raise
+            failed(index, error)
+    try:
+        files = cached_map(session, capture, units, CapturedFile, share, failed)
+    finally:  # also for what is done when the job is cancelled
+        for index, unit in units.items():
+            _link_preview(session, unit, sequence.frames[index])
+    return CapturedSequence({index: units[index].key for index in files}, files)
+
+
+def capture(path: Path, key: str) -> CapturedFile:
+    """A file of which the bytes give the `key`. Raises RefMeshError, naming it, when it cannot be used or has changed."""
+    data = read_bytes(path)
+    if _key(data) != key:
+        raise RefMeshError(f"{path}: the file changed while it was read; start the run again")
+    mesh = parse_mesh(data, path)
+    return CapturedFile(**vars(PreviewMesh.of(mesh)), captured=cleaned(mesh))
+
+
+def _unit(frame: Frame) -> WorkUnit:
+    key = _key(read_bytes(frame.path))
+    return WorkUnit(f"frames/frame_{frame.number:04d}", key, lambda: (frame.path, key), frame.number)
+
+
+def _link_preview(session: Session, unit: WorkUnit, frame: Frame) -> None:
+    """The cache entry under the name that Blender looks for; a copy where the disk has no links."""
+    entry = session.cache.path(unit.entry, unit.key)
+    if not (entry.exists() and frame.path.exists()):
+        return
+    preview = preview_path(session.output, frame.path)
+    if preview.exists():
+        return
+    output_folder(preview.parent)
+    try:
+        os.link(entry, preview)
+    except OSError:
+        with atomic_file(preview) as file, open(entry, "rb") as source:
+            shutil.copyfileobj(source, file)
+
+
+def _key(data: bytes) -> str:
+    return digest(FRAME_SCHEMA, data)

@@ -1,0 +1,46 @@
+"""What the work of every stage needs: a cache, processes, and somebody to tell how far it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from .cache import Cache
+from .parallel import Workers
+
+# (stage, frame number or None, share of the stage from 0 to 1); raises Cancelled once the job was cancelled.
+Notify = Callable[[str, int | None, float], None]
+
+
+@dataclass(frozen=True)
+class StageShare:
+    """A part of a stage's progress, from `start` to `end`, both shares of the stage."""
+
+    stage: str
+    start: float = 0.0
+    end: float = 1.0
+
+    def part(self, start: float, end: float) -> StageShare:
+        """A part of this part."""
+        return StageShare(self.stage, self._at(start), self._at(end))
+
+    def tell(self, notify: Notify, done: float, frame: int | None = None) -> None:
+        """Notifies that a share of this part is done, 0 to 1. Raises what `notify` raises."""
+        notify(self.stage, frame, self._at(done))
+
+    def _at(self, done: float) -> float:
+        return self.start + (self.end - self.start) * done
+
+
+@dataclass
+class Session:
+    """One run: where results go, who does the work, and whom to tell.
+
+    output : folder.  cache : in it.
+    """
+
+    output: Path
+    cache: Cache
+    workers: Workers
+    notify: Notify

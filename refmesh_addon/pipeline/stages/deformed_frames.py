@@ -1,0 +1,63 @@
+"""What is written and said of the deformed frames: a PLY each, a point cache for each group, entries in the report, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ...core.evaluation.error_scale import error_colors
+from ...core.evaluation.metrics import MeasuredFrame
+from ...io.files import output_folder
+from ...io.pc2 import write_pc2
+from ...io.ply import write_ply
+from ...io.report import DEFORMED_FOLDER, FrameReport, deformed_path
+from ...io.sequence import held_frames
+from ..session.cache import KEY_LENGTH
+from ..session.context import Context
+from .deformation import DeformedSequence
+from .groups import FrameGroup
+
+FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
+
+
+def write_playbacks(context: Context, deformed: DeformedSequence) -> None:
+    """The point cache of each group, from which Blender plays it."""
+    output_folder(context.output / "playback")
+    for group in deformed.groups:
+        _write_playback(context, deformed, group)
+    context.remove_stale("playback/group_*.pc2", keep=[group.playback for group in context.report.groups if group.playback])
+
+
+def write_deformed(context: Context, deformed: DeformedSequence, measured: Mapping[int, MeasuredFrame] | None = None) -> None:
+    """Each frame as PLY and in the report, with its distances and colored by its errors where it was measured.
+
+    measured : by index of the frame.
+    """
+    output_folder(context.output / DEFORMED_FOLDER)
+    for group in deformed.groups:
+        for row, frame in enumerate(group.frames):
+            entry = _frame_report(context, deformed, group, row)
+            colors = None
+            if measured is not None:
+                entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report
+                colors = error_colors(measured[frame].errors)
+            velocities = deformed.smoothed[group.index].velocities[row]
+            write_ply(context.output / entry.deformed, deformed.mesh(group, frame), colors, velocities)
+            context.report.frames.append(entry)
+    context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
+
+
+def _frame_report(context: Context, deformed: DeformedSequence, group: FrameGroup, row: int) -> FrameReport:
+    number, smoothed = context.numbers[group.frames[row]], deformed.smoothed[group.index]
+    flipped, held, hidden = (float(shares[row]) for shares in (smoothed.flipped, smoothed.held, smoothed.hidden))
+    if flipped > FLIPPED_WARNING:
+        context.warn(f"frame {number}: {flipped:.2%} of the triangles are flipped; a smaller --group-size may serve it better")
+    return FrameReport(number, group.index, deformed_path(number), flipped, held, hidden)
+
+
+def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:
+    playback = f"playback/group_{group.index:03d}-{group.key[:KEY_LENGTH]}.pc2"
+    vertices = deformed.smoothed[group.index].vertices
+    shown = [group.frames.index(frame) for frame in held_frames(context.frames.sequence) if frame in group.frames]
+    write_pc2(context.output / playback, (vertices[row] for row in shown), vertices.shape[1], len(shown))
+    context.report.groups[group.index] = replace(context.report.groups[group.index], playback=playback)

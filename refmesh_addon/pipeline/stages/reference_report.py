@@ -1,0 +1,71 @@
+"""What is written and said of the reference meshes: a PLY each, their entries in the report, warnings, reference centers."""
+
+from __future__ import annotations
+
+from ...core.geometry.mesh import is_watertight, vertex_components
+from ...io.files import output_folder
+from ...io.ply import write_ply
+from ...io.report import GroupReport
+from ..session.context import Context
+from .groups import FrameGroup
+from .marked_bodies import joined_bodies
+from .reference import References, counts_for_the_surface
+from .tracking_report import write_centers
+from .tracking_result import TrackingResult
+
+
+def write_references(context: Context, tracking: TrackingResult, references: References) -> None:
+    """The mesh of each group as PLY and in the report, and centers.npz with the reference centers."""
+    output_folder(context.output / "reference")
+    for group in references.groups:
+        entry = _group_report(context, references, group)
+        write_ply(context.output / entry.reference, references.meshes[group.index].mesh)
+        context.report.groups.append(entry)
+        _warn_of_left_out(context, entry)
+        _warn_of_joined(context, references, group)
+    context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
+    arrays = {f"group_{index:03d}_reference_centers": centers.positions for index, centers in references.centers.items()}
+    write_centers(context, tracking, arrays, references.bodies)
+
+
+def _group_report(context: Context, references: References, group: FrameGroup) -> GroupReport:
+    centers, reference = references.centers[group.index], references.meshes[group.index]
+    before, after, left_out = [], [], []
+    for frame in group.frames:
+        aligned = references.aligned[group.index, frame]
+        before.append(aligned.iou_before)
+        after.append(aligned.iou_after)
+        if not counts_for_the_surface(context, aligned):
+            left_out.append(context.numbers[frame])
+    return GroupReport(
+        index=group.index,
+        frames=tuple(context.numbers[frame] for frame in group.frames),
+        anchor=context.numbers[group.frames[centers.anchor]],
+        reference=f"reference/group_{group.index:03d}.ply",
+        triangles=len(reference.mesh.triangles),
+        components=vertex_components(reference.mesh)[0],
+        watertight=is_watertight(reference.mesh),
+        self_intersections=reference.self_intersections,
+        stress=centers.stress,
+        iou_before=min(before),
+        iou_after=min(after),
+        frame_iou_before=tuple(before),
+        frame_iou_after=tuple(after),
+        left_out=tuple(left_out),
+    )
+
+
+def _warn_of_left_out(context: Context, entry: GroupReport) -> None:
+    for number in entry.left_out:
+        overlap = f"overlaps its group's anchor frame by only {entry.frame_iou_after[entry.frames.index(number)]:.2f} (IoU)"
+        context.warn(f"frame {number}: {overlap} and is left out of the reference mesh; a smaller --group-size may serve it better")
+
+
+def _warn_of_joined(context: Context, references: References, group: FrameGroup) -> None:
+    if references.bodies is None:
+        return
+    joined = joined_bodies(references.meshes[group.index].mesh, references.centers[group.index].positions, references.bodies)
+    if joined:
+        names = " and ".join(str(body + 1) for body in joined)
+        where = f"in the mesh of the group that begins with frame {context.numbers[group.frames[0]]}"
+        context.warn(f"bodies {names} are still connected {where}: mark more of each, or take more centers")

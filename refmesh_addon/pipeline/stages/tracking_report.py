@@ -1,0 +1,66 @@
+"""What is written and said of the tracking: figures in the report, warnings, centers.npz and their playback."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.tracking.center_attributes import center_attributes
+from ...io.files import CENTERS_NAME, output_folder, write_npz
+from ...io.pc2 import write_pc2
+from ...io.sequence import held_frames
+from ..session.cache import KEY_LENGTH, digest
+from ..session.context import Context
+from .tracking_result import TrackedFrames, TrackingResult
+
+OUTSIDE_SHARE = 0.02  # of the centers; a few always lie in the hollow of a bent part
+CENTER_ATTRIBUTES_SCHEMA = 1
+
+
+def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> None:
+    """Puts the figures of all frames into the report and warns of doubtful frames."""
+    for name in ("dfu", "lloyd_energy", "arap_energy"):
+        context.report.tracking[name] = getattr(frames, name).tolist()
+    context.report.tracking["center_spacing"] = spacing
+    jumps = frames.volume_jumps()
+    for index, (number, outside) in enumerate(zip(context.numbers, frames.outside.tolist(), strict=True)):
+        if index in jumps:
+            _warn_of_jump(context, number, jumps[index])
+        if outside > OUTSIDE_SHARE:
+            remedy = "more --centers follow thin parts better"
+            context.warn(f"frame {number}: {outside:.1%} of the centers lie outside the surface; {remedy}")
+
+
+def _warn_of_jump(context: Context, number: int, jump: float) -> None:
+    more, what = ("more", "appeared") if jump > 0 else ("less", "is missing")
+    change = f"encloses {abs(jump):.0%} {more} volume than the frame before"
+    context.warn(f"frame {number}: {change}: something {what}, and centers move to even that out")
+
+
+def write_tracking(context: Context, tracking: TrackingResult) -> None:
+    """centers.npz and the playback of the centers."""
+    write_centers(context, tracking, {})
+    _write_playback(context, tracking.positions, digest(*(one.key for one in tracking.ranges)))
+
+
+def write_centers(
+    context: Context, tracking: TrackingResult, reference_centers: dict[str, np.ndarray], bodies: np.ndarray | None = None
+) -> None:
+    """centers.npz: positions, the attributes by which a person judges them, and the arrays of the groups where they are known.
+
+    bodies : (C,) that must be apart, or None.
+    """
+    spacing = tracking.ranges[0].spacing
+    entry, marked = ("tracking/figures", []) if bodies is None else ("reference/figures", bodies.tolist())
+    key = digest(CENTER_ATTRIBUTES_SCHEMA, [one.key for one in tracking.ranges], marked)
+    attributes = context.cache.load_or_make(entry, key, lambda: center_attributes(tracking.positions, spacing, bodies))
+    centers = {"frames": np.array(context.numbers), "positions": tracking.positions}
+    write_npz(context.output / CENTERS_NAME, {**centers, **attributes, **reference_centers})
+
+
+def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:
+    output_folder(context.output / "playback")
+    path = f"playback/centers-{key[:KEY_LENGTH]}.pc2"
+    shown = held_frames(context.frames.sequence)
+    write_pc2(context.output / path, (positions[index] for index in shown), positions.shape[1], len(shown))
+    context.report.centers_playback = path
+    context.remove_stale("playback/centers-*.pc2", keep=[path])
