@@ -140,7 +140,7 @@ def _carried(take: Take, reference: Reference, target: np.ndarray) -> TriangleMe
 
 
 def _fitted(take: Take, reference: Reference, target: np.ndarray, settings: DeformationSettings) -> TriangleMesh:
-    deformer = ReferenceDeformer(GroupReference("", reference.mesh, reference.centers, settings))
+    deformer = ReferenceDeformer(GroupReference("", reference.mesh, reference.centers, settings, reference.mapping))
     return reference.mesh.moved(deformer.to(target, take.meshes[0], take.positions[0]).vertices)
 
 

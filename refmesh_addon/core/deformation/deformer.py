@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -20,8 +20,8 @@ from .contact import behind_contact, possible_owners
 from .correspondence import Compatible, Correspondence
 from .facing import Facing
 from .folds import unfolded
-from .keypoints import find_keypoints
-from .matching import MatchSettings, in_reach, match_keypoints
+from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
+from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from .patches import PATCH_RADIUS, Patches, surface_patches
 from .surface_fit import fit_surface
 from .surface_samples import SurfaceSampler
@@ -36,12 +36,14 @@ class GroupReference(Keyed):
     """What is to be deformed, and how.
 
     mesh : the reference mesh of a group.  centers : what the frames of the group share.
+    mapping : how frames were carried to the reference positions, "affinity" or "rbf"; the mesh goes back in the same way.
     """
 
     key: str
     mesh: TriangleMesh
     centers: GroupCenters
     settings: DeformationSettings
+    mapping: str = "affinity"
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ class ReferenceDeformer:
     """Built once from a group's reference mesh, then deforms it to each frame of the group."""
 
     def __init__(self, reference: GroupReference):
-        self._mesh, self._group, self._settings = reference.mesh, reference.centers, reference.settings
+        self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping
+        self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
         self._length = mean_edge_length(reference.mesh)
@@ -84,7 +87,7 @@ class ReferenceDeformer:
 
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
         """
-        carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing)
+        carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing, self._mapping)
         start, rotations, owners = carrier.to(centers).vertices, carrier.rotations_to(centers), carrier.binding.owners
         handles, goals = self._matched(start, rotations, mesh)
         posed = self._posed(handles, goals, start)
@@ -105,18 +108,17 @@ class ReferenceDeformer:
         )
 
     def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:
-        return find_keypoints(mesh, self._length)
+        return find_keypoints(mesh, self._length, KeypointSettings() if self._search.guided else PUBLISHED_KEYPOINTS)
 
     def _patches_at(self, mesh: TriangleMesh, keypoints: np.ndarray) -> Patches:
         return surface_patches(mesh, keypoints, PATCH_RADIUS * self._length)
 
     def _matched(self, start: np.ndarray, rotations: np.ndarray, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
         """(K,) vertices of the reference that match a key point of the frame, and the (K, 3) positions of these."""
-        settings = MatchSettings(guided=self._settings.keypoint_search == "guided", fixed_point=self._settings.keypoint_fit == "fixed")
         own, keypoints = self._patches, self._keypoints_of(mesh)
         places = start[own.vertices]
-        reachable = keypoints[in_reach(mesh.vertices[keypoints], places, own.radius, settings)]
-        matches = match_keypoints(own, theirs := self._patches_at(mesh, reachable), places, rotations[own.vertices], settings)
+        reachable = keypoints[in_reach(mesh.vertices[keypoints], places, own.radius, self._search)]
+        matches = match_keypoints(own, theirs := self._patches_at(mesh, reachable), places, rotations[own.vertices], self._search)
         return own.vertices[matches.reference], theirs.positions[matches.frame]
 
     def _posed(self, handles: np.ndarray, goals: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -133,6 +135,12 @@ class ReferenceDeformer:
 def deform_reference(reference: GroupReference, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray) -> DeformedFrame:
     """`ReferenceDeformer.to`, built anew only where the last call in this process was for another group."""
     return _deformer(reference).to(targets, mesh, centers)
+
+
+def match_settings(settings: DeformationSettings) -> MatchSettings:
+    """The search for partners of key points that a job asks for."""
+    search = MatchSettings() if settings.keypoint_search == "guided" else PUBLISHED_SEARCH
+    return replace(search, fixed_point=settings.keypoint_fit == "fixed")
 
 
 @lru_cache(maxsize=1)  # frames come group by group, and what is built for one group fits any memory

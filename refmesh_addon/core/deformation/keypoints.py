@@ -29,12 +29,19 @@ class KeypointSettings:
     suppression : radius in which only the most salient point stays.
     flatness : largest ratio of the second to the first and of the third to the second eigenvalue (0.975 published).
     least_neighbours : points with fewer neighbours are left out.
+    variation : least surface variation (Pauly et al. 2002), the smallest eigenvalue over the sum of the three: 0 on a plane, at most 1/3.
     """
 
     salient: float = 4.0
     suppression: float = 3.0
     flatness: float = 0.975
     least_neighbours: int = 5
+    variation: float = 0.0
+
+
+# For the paper's search among all key points of a frame, which a surface without features of its own misleads: around any two points
+# of a ball or of a flat face the patches fit. A surface of this variation is as round as a ball about as large as a patch.
+PUBLISHED_KEYPOINTS = KeypointSettings(variation=0.02)
 
 
 def find_keypoints(mesh: TriangleMesh, length: float, settings: KeypointSettings = KeypointSettings()) -> np.ndarray:
@@ -53,7 +60,8 @@ def find_keypoints(mesh: TriangleMesh, length: float, settings: KeypointSettings
     spectra, counts = scatter_spectra(mesh.vertices, vertex_areas(mesh), settings.salient * length)
     large, middle, small = spectra.T
     distinct = (middle < settings.flatness * large) & (small < settings.flatness * middle)
-    eligible = np.flatnonzero(distinct & (counts > settings.least_neighbours))
+    featured = np.maximum(small, 0.0) >= settings.variation * spectra.sum(axis=1)  # rounding leaves planes a little below zero
+    eligible = np.flatnonzero(distinct & featured & (counts > settings.least_neighbours))
     return eligible[_local_maxima(mesh.vertices[eligible], small[eligible], settings.suppression * length)]
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.rotations import closest_rotations
 from .patches import Patches
 
 BLOCK_ENTRIES = 1 << 19  # distances between two points held at once: bounds the memory to some 30 MB
@@ -80,8 +81,6 @@ def _rigid_fit(source: np.ndarray, goal: np.ndarray, weights: np.ndarray, fixed_
     """Best rotations (N, 3, 3) and shifts (N, 3) of (N, n, 3) points (Kabsch); about the origin, without shift, when it is fixed."""
     free = 0.0 if fixed_point else weights[:, :, None]
     from_middle, to_middle = (free * source).sum(axis=1), (free * goal).sum(axis=1)
-    cross = (weights[:, :, None] * (source - from_middle[:, None])).transpose(0, 2, 1) @ (goal - to_middle[:, None])
-    u, _, vt = np.linalg.svd(cross)
-    u[:, :, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))[:, None]
-    rotation = (u @ vt).transpose(0, 2, 1)
+    cross = (weights[:, :, None] * (goal - to_middle[:, None])).transpose(0, 2, 1) @ (source - from_middle[:, None])
+    rotation = closest_rotations(cross)
     return rotation, to_middle - np.einsum("nij,nj->ni", rotation, from_middle)

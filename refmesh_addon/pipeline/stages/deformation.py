@@ -94,7 +94,8 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
     settings = replace(context.settings.deformation, steady_frames=0)
 
     def arguments() -> tuple:
-        shared = GroupReference(group.key, references.meshes[group.index].mesh, references.centers[group.index], settings)
+        mesh, centers = references.meshes[group.index].mesh, references.centers[group.index]
+        shared = GroupReference(group.key, mesh, centers, settings, context.settings.reference.mapping)
         targets = references.aligned[group.index, frame].targets
         return shared, targets, context.frames.surface(frame), tracking.centers_in((group.frames[0], frame))[1]
 

@@ -97,6 +97,19 @@ def test_what_was_asked_before_does_not_matter(scene):
             assert_array_equal(getattr(frame, name), values)
 
 
+def test_the_mesh_goes_back_in_the_way_that_the_frames_came(scene):
+    """What the spline has mapped to the reference positions, the spline carries back better than blended motions do."""
+    frame, centers, _, _, group = scene
+    targets = bent(centers) * [1.0, 1.2, 0.8]
+    mapped = FrameMap(frame, centers, group.affinity, group.spacing, "rbf").to(targets)
+    errors = []
+    for mapping in ("rbf", "affinity"):
+        reference = GroupReference("", mapped, group, DeformationSettings(fit_rounds=0), mapping)
+        back = ReferenceDeformer(reference).to(targets, frame, centers)
+        errors.append(np.linalg.norm(back.vertices - frame.vertices, axis=1).mean())
+    assert errors[0] < 0.5 * errors[1]
+
+
 @pytest.mark.parametrize("scale", [2.0**-10, 10.0])
 def test_scaling_everything_scales_the_result(scene, scale):
     reference, targets, mesh, centers, group = scene

@@ -6,9 +6,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import cKDTree
 
 from refmesh_addon.core.deformation import keypoints
-from refmesh_addon.core.deformation.keypoints import KeypointSettings, find_keypoints, scatter_spectra
+from refmesh_addon.core.deformation.keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints, scatter_spectra
 from refmesh_addon.core.geometry.mesh import mean_edge_length, merged, vertex_areas
 from refmesh_addon.core.types import TriangleMesh
+
+from .. import shapes
 
 
 def hills(columns=61, rows=41, jitter=0.15, seed=1, squeeze=1.0):
@@ -104,6 +106,20 @@ def test_a_plane_has_no_key_points_of_its_own():
     flat = mesh.moved(mesh.vertices * [1, 1, 0])
     spectra, _ = scatter_spectra(flat.vertices, vertex_areas(flat), 4 * mean_edge_length(flat))
     assert_allclose(spectra[:, 2], 0, atol=1e-12)
+
+
+def test_a_surface_without_features_gives_the_published_search_no_key_points():
+    """A ball and flat faces look alike around each of their points; the edges and corners of a box stay."""
+    rng = np.random.default_rng(3)
+    ball, box = shapes.ball(5, 1.0), shapes.box((2.0, 1.5, 1.0), 5)
+    rough = [mesh.moved(mesh.vertices + 0.001 * rng.normal(size=mesh.vertices.shape)) for mesh in (ball, box)]
+    plain = [find_keypoints(mesh, mean_edge_length(mesh)) for mesh in rough]
+    kept = [find_keypoints(mesh, mean_edge_length(mesh), PUBLISHED_KEYPOINTS) for mesh in rough]
+    assert len(plain[0]) > 100 and len(kept[0]) == 0
+    inside = np.sort([1.0, 0.75, 0.5] - np.abs(rough[1].vertices), axis=1)[:, 1]  # distance from the nearest edge of the box, about
+    length = mean_edge_length(rough[1])
+    assert (inside[plain[1]] > 4 * length).sum() > 20
+    assert len(kept[1]) >= 8 and (inside[kept[1]] < 4 * length).all()
 
 
 def test_bad_lengths_are_refused_and_nothing_gives_nothing():

@@ -1,15 +1,19 @@
 """Partners are found where the motion is known, and none is given away twice."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.deformation.keypoints import find_keypoints
-from refmesh_addon.core.deformation.matching import MatchSettings, in_reach, match_keypoints
+from refmesh_addon.core.deformation.keypoints import PUBLISHED_KEYPOINTS, find_keypoints
+from refmesh_addon.core.deformation.matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from refmesh_addon.core.deformation.patches import surface_patches
 from refmesh_addon.core.geometry.mesh import mean_edge_length
 from refmesh_addon.core.types import TriangleMesh
+
+from .. import shapes
 
 LENGTH = 1 / 30  # about the mean edge length of the lumps below
 TURN = Rotation.from_euler("xyz", [25, -40, 70], degrees=True).as_matrix()
@@ -91,6 +95,24 @@ def test_the_unlimited_search_needs_no_prediction(bodies):
     matches = match_keypoints(reference, copy, np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)), MatchSettings(guided=False))
     assert_array_equal(matches.frame, matches.reference)
     assert len(matches.reference) == count
+
+
+def test_the_published_search_tells_the_corners_of_a_box_apart():
+    """All corners fit each other after some turn; from no turn and from the tracked one, only those that stayed are found."""
+    before, after = (shapes.box((2.0, 2.0, 0.5), 5) for _ in range(2))
+    rng = np.random.default_rng(11)
+    before, after = (mesh.moved(mesh.vertices + 0.002 * rng.normal(size=mesh.vertices.shape)) for mesh in (before, after))
+    after = after.moved(after.vertices + [0.3, -0.2, 0.1])
+    length = mean_edge_length(before)
+    reference, frame = (surface_patches(mesh, find_keypoints(mesh, length, PUBLISHED_KEYPOINTS), 12 * length) for mesh in (before, after))
+    places = reference.positions + [0.3, -0.2, 0.1]
+    still = np.broadcast_to(np.eye(3), (len(places), 3, 3))
+    right = []
+    for settings in (PUBLISHED_SEARCH, replace(PUBLISHED_SEARCH, any_rotation=True)):
+        matches = match_keypoints(reference, frame, places, still, settings)
+        gaps = np.linalg.norm(places[matches.reference] - frame.positions[matches.frame], axis=1)
+        right.append((gaps < 3 * length).mean())
+    assert right[0] > 0.75 > 0.6 > right[1]
 
 
 def test_each_has_one_partner_at_most_and_no_error_exceeds_the_threshold(bodies):
