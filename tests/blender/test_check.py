@@ -31,4 +31,4 @@ def test_a_second_check_shows_what_was_put_right(blender, checked, frames):
     (frames / "ball_0008.obj").write_bytes((frames / "ball_0007.obj").read_bytes())
     blender.ops.refmesh.check_sequence(quiet=True)
     assert [(item.name, item.severity) for item in checked.findings if item.severity == "error"] == []
-    assert [item.name for item in checked.findings if "same as frame" in item.message] == ["8", "11"]
+    assert [item.name for item in checked.findings if "identical to frame" in item.message] == ["8", "11"]
