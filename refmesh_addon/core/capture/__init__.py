@@ -1,1 +1,1 @@
-"""What scans bring: seams, patches turned inward, floaters; and what a check finds."""
+"""What scans bring: seams, patches that face inward and floaters, and the checks that report them."""

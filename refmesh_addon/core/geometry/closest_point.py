@@ -107,7 +107,7 @@ class _CornerIndex:
     def __init__(self, pieces: Pieces):
         order, self.starts = sorted_by_label(pieces.corners.T.ravel(), pieces.nodes.shape[1])
         self.around = order // 3
-        # For nodes without pieces, any value serves: reduceat wants a valid place to read it from.
+        # Nodes without pieces get an arbitrary value, as reduceat needs a valid index for them too.
         largest = np.maximum.reduceat(pieces.longest[self.around] ** 2 / 3.0, np.minimum(self.starts[:-1], len(order) - 1))
         self.widest = float(largest.max())
         self.tree = cKDTree(np.vstack([pieces.nodes, np.sqrt(self.widest - largest)]).T, balanced_tree=False)

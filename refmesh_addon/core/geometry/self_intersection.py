@@ -23,7 +23,8 @@ def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
     table, vertices = HalfEdges.of(mesh), mesh.vertices - mesh.vertices.mean(axis=0)
     pierced, piercing = np.zeros(len(mesh.triangles), dtype=bool), np.zeros(len(table.edges), dtype=bool)
     for edge, triangle in _near(vertices, table.edges, mesh.triangles):
-        apart = (table.edges[edge][:, :, None] != mesh.triangles[triangle][:, None]).all(axis=(1, 2))
+        ends, corners = table.edges[edge].T, mesh.triangles[triangle].T
+        apart = np.logical_and.reduce([end != corner for end in ends for corner in corners])
         edge, triangle = edge[apart], triangle[apart]
         hit = _pierces(vertices[table.edges[edge]], vertices[mesh.triangles[triangle]])
         pierced[triangle[hit]], piercing[edge[hit]] = True, True
@@ -37,9 +38,7 @@ def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
     """
     result = np.zeros(len(mesh.triangles), dtype=bool)
     if changed.any():
-        corners = mesh.vertices[mesh.triangles]
-        centers = corners.mean(axis=1)
-        radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
+        centers, radii = _bounding_spheres(mesh.vertices, mesh.triangles)
         distance, _ = cKDTree(centers[changed]).query(centers, distance_upper_bound=2 * radii.max())
         near = distance <= radii + radii[changed].max()
         result[near] = crossing_triangles(submesh(mesh, near)[0])
@@ -48,19 +47,24 @@ def still_crossing(mesh: TriangleMesh, changed: np.ndarray) -> np.ndarray:
 
 def _near(vertices: np.ndarray, edges: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yields blocks of pairs (edge, triangle), (K,) each, whose bounding spheres meet."""
-    centers = vertices[triangles].mean(axis=1)
-    radii = np.linalg.norm(vertices[triangles] - centers[:, None], axis=2).max(axis=1)
-    middles = vertices[edges].mean(axis=1)
-    halves = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) / 2
+    centers, radii = _bounding_spheres(vertices, triangles)
+    midpoints, halves = _bounding_spheres(vertices, edges)
     for triangle_class in _size_classes(radii):
         tree, reach = cKDTree(centers[triangle_class]), radii[triangle_class].max()
         for edge_class in _size_classes(halves):
             for start in range(0, len(edge_class), BLOCK):
                 block = edge_class[start : start + BLOCK]
-                nearby = cKDTree(middles[block]).sparse_distance_matrix(tree, reach + halves[block].max(), output_type="coo_matrix")
+                nearby = cKDTree(midpoints[block]).sparse_distance_matrix(tree, reach + halves[block].max(), output_type="coo_matrix")
                 edge, triangle = block[nearby.row], triangle_class[nearby.col]
                 near = nearby.data <= halves[edge] + radii[triangle]
                 yield edge[near], triangle[near]
+
+
+def _bounding_spheres(vertices: np.ndarray, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Centroid (N, 3) of (N, K) triangles or edges, and the distance (N,) of their farthest vertex from it."""
+    corners = [vertices.take(corner, axis=0) for corner in elements.T]
+    centroids = sum(corners[1:], corners[0]) / len(corners)
+    return centroids, np.maximum.reduce([np.linalg.norm(corner - centroids, axis=1) for corner in corners])
 
 
 def _size_classes(sizes: np.ndarray) -> list[np.ndarray]:

@@ -113,7 +113,7 @@ def _left_of_edge(ends: np.ndarray, vertices: np.ndarray, owner: np.ndarray, row
     """(N,) bool, whether each scan line lies to the left of an edge of its triangle.
 
     ends : (K, 2, 2) start and end of the edges, in voxels.  vertices : (K, 2) their indices.
-    owner, row, column : (N,) triangle and place of each line.
+    owner, row, column : (N,) triangle and column of the grid of each line.
 
     An edge is always evaluated from the end with the lower index: its two triangles then get the same value with opposite meaning, and
     a line through the edge hits exactly one of them. A line through a vertex counts as displaced infinitesimally along -x, and by an

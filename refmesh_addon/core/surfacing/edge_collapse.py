@@ -28,12 +28,11 @@ def collapsed(mesh: TriangleMesh, triangles: int, frozen: np.ndarray) -> tuple[T
     """
     center, scale = mesh.vertices.mean(axis=0), mesh.diagonal
     vertices, faces = (mesh.vertices - center) / scale, mesh.triangles.astype(np.int64)
-    planes = _vertex_planes(mesh.moved(vertices))
-    refused = np.zeros(0, dtype=np.int64)
+    quadrics, refused = _Quadrics(mesh.moved(vertices)), np.zeros(0, dtype=np.int64)
     while len(faces) > triangles:
         edges, opposite = _inner_edges(faces, len(vertices))
-        positions, costs = _best_positions(vertices, planes, edges)
         keys = edges @ [len(vertices), 1]
+        positions, costs = quadrics.best_positions(vertices, edges, keys)
         costs[np.isin(keys, refused) | frozen[edges].any(axis=1)] = np.inf
         tried = _cheapest_around(edges, costs, faces, len(vertices))
         if not len(tried):
@@ -41,13 +40,41 @@ def collapsed(mesh: TriangleMesh, triangles: int, frozen: np.ndarray) -> tuple[T
         fits = _keeps_topology(edges[tried], opposite[tried], faces, len(vertices))
         fits[fits] = _keeps_shape(vertices, faces, edges[tried[fits]], positions[tried[fits]])
         refused = np.concatenate([refused, keys[tried[~fits]]])
-        cheapest = np.argsort(costs[tried[fits]], kind="stable")[: (len(faces) - triangles + 1) // 2]  # a collapse removes two triangles
-        chosen = tried[fits][cheapest]
+        chosen = tried[fits]
+        chosen = chosen[np.argsort(costs[chosen], kind="stable")][: (len(faces) - triangles + 1) // 2]  # a collapse removes two triangles
         kept, gone = edges[chosen].T
-        vertices[kept], planes[kept] = positions[chosen], planes[kept] + planes[gone]
+        vertices[kept] = positions[chosen]
+        quadrics.merge(kept, gone)
         faces = _renamed(faces, gone, kept, len(vertices))
-    positions = np.where(frozen[:, None], mesh.vertices, vertices * scale + center)
-    return submesh(TriangleMesh(positions, faces))
+    return submesh(TriangleMesh(np.where(frozen[:, None], mesh.vertices, vertices * scale + center), faces))
+
+
+class _Quadrics:
+    """The quadric of each vertex, and the costs of edges, kept until one of their ends changes."""
+
+    def __init__(self, mesh: TriangleMesh):
+        self._planes = _vertex_planes(mesh)
+        self._changed = np.ones(len(mesh.vertices), dtype=bool)  # since the last call of `best_positions`
+        self._keys, self._positions, self._costs = np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros(0)
+
+    def best_positions(self, vertices: np.ndarray, edges: np.ndarray, keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Best position (E, 3) of the vertex that an edge would collapse to, and its cost (E,); computed where an end has changed only.
+
+        keys : (E,) ascending, equal for the same edge in all calls.
+        """
+        changed = self._changed[edges].any(axis=1)
+        known = np.searchsorted(self._keys, keys[~changed])
+        positions, costs = np.empty((len(edges), 3)), np.empty(len(edges))
+        positions[~changed], costs[~changed] = self._positions[known], self._costs[known]
+        positions[changed], costs[changed] = _best_positions(vertices, self._planes, edges[changed])
+        self._changed[:] = False
+        self._keys, self._positions, self._costs = keys, positions, costs.copy()
+        return positions, costs
+
+    def merge(self, kept: np.ndarray, gone: np.ndarray) -> None:
+        """Vertices `kept` take over the quadrics of `gone` ones, after they have moved."""
+        self._planes[kept] += self._planes[gone]
+        self._changed[kept] = True
 
 
 def _vertex_planes(mesh: TriangleMesh) -> np.ndarray:

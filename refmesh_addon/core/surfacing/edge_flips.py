@@ -86,10 +86,10 @@ def _without_flips(mesh: TriangleMesh, moved: np.ndarray) -> TriangleMesh:
     """The mesh with moved vertices, except those of triangles that would turn over."""
     normals = triangle_normals(mesh)
     for _ in range(MOST_RESETS):
-        turned = row_dot(normals, triangle_normals(mesh.moved(moved))) < LEAST_COSINE
-        if not turned.any():
+        flipped = row_dot(normals, triangle_normals(mesh.moved(moved))) < LEAST_COSINE
+        if not flipped.any():
             return mesh.moved(moved)
         moved = moved.copy()
-        kept = mesh.triangles[turned]
+        kept = mesh.triangles[flipped]
         moved[kept] = mesh.vertices[kept]
     return mesh.moved(moved)

@@ -13,7 +13,7 @@ def frame(number: int, mesh=None, **changes) -> FrameStatistics:
     return FrameStatistics(**{"number": number, "content": str(number), **vars(cleaned(mesh or ball(2)).statistics), **changes})
 
 
-def found(frames, gaps=()) -> list[tuple[str, str, int]]:
+def kinds(frames, gaps=()) -> list[tuple[str, str, int]]:
     return [(finding.kind, finding.severity, finding.frame) for finding in diagnose(frames, gaps)]
 
 
@@ -23,7 +23,7 @@ def take(odd=None, **changes) -> list[FrameStatistics]:
 
 
 def test_sound_frames_have_no_findings():
-    assert found(take()) == []
+    assert kinds(take()) == []
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
@@ -41,13 +41,13 @@ def test_sound_frames_have_no_findings():
 )
 def test_a_frame_that_stands_out_is_found_in_any_scale(odd, expected, scale):
     frames = [frame(number, moved(odd if number == 5 else ball(2), scale=scale)) for number in range(1, 10)]
-    assert found(frames) == expected
+    assert kinds(frames) == expected
 
 
 def test_figures_that_are_no_matter_of_the_mesh():
-    assert found(take(error="scan_5.obj: the file is empty")) == [("unreadable", "error", 5)]
-    assert found(take(content="4")) == [("duplicate", "warning", 5)]
-    assert found(take(missing_textures=("skin.png",))) == [("textures", "note", 5)]
+    assert kinds(take(error="scan_5.obj: the file is empty")) == [("unreadable", "error", 5)]
+    assert kinds(take(content="4")) == [("duplicate", "warning", 5)]
+    assert kinds(take(missing_textures=("skin.png",))) == [("textures", "note", 5)]
 
 
 def test_each_gap_is_one_finding_at_the_frame_that_is_held():
@@ -65,16 +65,16 @@ def test_what_most_frames_have_is_said_once_where_it_is_worst():
 def test_steady_growth_and_noise_are_no_jumps():
     rng = np.random.default_rng(0)
     grown = [frame(number, vertices=int(1000 * 1.1**number), volume=1.1**number * rng.uniform(0.95, 1.05)) for number in range(40)]
-    assert found(grown) == []
+    assert kinds(grown) == []
     restless = [frame(number, vertices=int(1000 * rng.uniform(0.5, 2.0))) for number in range(40)]
-    assert found(restless) == []
+    assert kinds(restless) == []
 
 
 def test_the_gravest_come_first():
     frames = take(error="unreadable")
     frames[1], frames[7] = frame(2, open_edges=3), frame(8, content="7")
-    assert [severity for _, severity, _ in found(frames)] == ["error", "warning", "note"]
+    assert [severity for _, severity, _ in kinds(frames)] == ["error", "warning", "note"]
 
 
 def test_short_and_empty_sequences_pass():
-    assert found([]) == found([frame(1)]) == found([frame(1), frame(2, box())]) == []
+    assert kinds([]) == kinds([frame(1)]) == kinds([frame(1), frame(2, box())]) == []

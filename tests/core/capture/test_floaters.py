@@ -18,9 +18,9 @@ def test_a_floating_bit_goes(scale, first):
     bit = ball(1, 0.03, (1.3, 0.0, 0.0))
     open_bit = moved(without(bit, above(bit, 0.01)), shift=(0.0, 0.5, 0.0))
     pieces = (bit, inside_out(open_bit))
-    found = without_floaters(moved(joined(*pieces, BODY) if first else joined(BODY, *pieces), scale=scale))
-    assert_array_equal(found.vertices, scale * BODY.vertices)
-    assert_array_equal(found.triangles, BODY.triangles)
+    result = without_floaters(moved(joined(*pieces, BODY) if first else joined(BODY, *pieces), scale=scale))
+    assert_array_equal(result.vertices, scale * BODY.vertices)
+    assert_array_equal(result.triangles, BODY.triangles)
 
 
 @pytest.mark.parametrize(

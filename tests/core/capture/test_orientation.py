@@ -17,9 +17,9 @@ from ..shapes import above, ball, box, flipped, inside_out, joined, torus, witho
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
 def test_flipped_triangles_are_turned_back(mesh, share):
     chosen = np.random.default_rng(0).random(len(mesh.triangles)) < share
-    found = reoriented(flipped(mesh, chosen), flipped_patches(flipped(mesh, chosen)))
-    assert not flipped_patches(found).any(), "once is enough"
-    assert_array_equal(found.triangles, mesh.triangles)
+    result = reoriented(flipped(mesh, chosen), flipped_patches(flipped(mesh, chosen)))
+    assert not flipped_patches(result).any(), "once is enough"
+    assert_array_equal(result.triangles, mesh.triangles)
 
 
 def test_an_inside_out_body_is_turned_and_a_hollow_is_not():

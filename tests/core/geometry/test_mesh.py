@@ -76,9 +76,9 @@ def test_distinct_points_are_those_of_a_plain_search_through_the_rows():
     points[::7] *= -0.0
     for some in (points, points[:1], points[:0]):
         _, first, place = np.unique(some, axis=0, return_index=True, return_inverse=True)
-        found = geometry.unique_points(some)
-        assert_array_equal(found[0], first)
-        assert_array_equal(found[1], place.reshape(-1))
+        result = geometry.unique_points(some)
+        assert_array_equal(result[0], first)
+        assert_array_equal(result[1], place.reshape(-1))
 
 
 def test_merging_closes_seams_and_a_second_time_changes_nothing():

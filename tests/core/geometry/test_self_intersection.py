@@ -51,11 +51,11 @@ def test_two_balls_cross_where_they_overlap(shift, crossed):
     both = TriangleMesh(
         np.vstack([ball.vertices, ball.vertices + [shift, 0.1, 0]]), np.vstack([ball.triangles, ball.triangles + len(ball.vertices)])
     )
-    found = crossing_triangles(both)
-    assert found.any() == crossed
+    result = crossing_triangles(both)
+    assert result.any() == crossed
     if shift == 1.0:
-        middles = both.vertices[both.triangles[found]].mean(axis=1)
-        assert np.abs(middles[:, 0] - 0.5).max() < 0.3  # near the plane between the balls
+        centroids = both.vertices[both.triangles[result]].mean(axis=1)
+        assert np.abs(centroids[:, 0] - 0.5).max() < 0.3  # near the plane between the balls
 
 
 def test_a_pierced_triangle_and_what_pierces_it_both_count():

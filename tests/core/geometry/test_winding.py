@@ -32,17 +32,17 @@ def test_overlaps_count_twice_and_cavities_not_at_all():
 
 def test_turning_over_scaling_and_shifting():
     mesh = ball(4)
-    found = Winding(mesh).of(POINTS)
-    assert 0 < found.sum() < len(POINTS)
-    assert_array_equal(Winding(TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1])).of(POINTS), -found)
-    assert_array_equal(Winding(mesh.moved(1000 * mesh.vertices + 5e4)).of(1000 * POINTS + 5e4), found)
+    result = Winding(mesh).of(POINTS)
+    assert 0 < result.sum() < len(POINTS)
+    assert_array_equal(Winding(TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1])).of(POINTS), -result)
+    assert_array_equal(Winding(mesh.moved(1000 * mesh.vertices + 5e4)).of(1000 * POINTS + 5e4), result)
 
 
 def test_batches_do_not_matter(monkeypatch):
     mesh = ball(4)
-    found = Winding(mesh).of(POINTS)
+    result = Winding(mesh).of(POINTS)
     monkeypatch.setattr(winding, "PAIRS_AT_ONCE", 50)
-    assert_array_equal(Winding(mesh).of(POINTS), found)
+    assert_array_equal(Winding(mesh).of(POINTS), result)
     assert Winding(mesh).of(np.empty((0, 3))).shape == (0,)
 
 

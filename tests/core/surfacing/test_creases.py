@@ -63,6 +63,6 @@ def test_a_wire_as_thin_as_a_cell_is_not_made_a_ridge():
 
 def test_remeshing_keeps_edges_sharp():
     points, normals = oriented_points(CUBE, 20_000)
-    found = remeshed(screened_poisson(points, normals, 5), 3000)
-    assert farthest(found, CUBE) < 0.25 * np.sqrt(6.0 / 3000)
-    assert np.percentile(SurfaceIndex(CUBE).query(found.vertices).distances, 95) < 0.1 * np.sqrt(6.0 / 3000)
+    result = remeshed(screened_poisson(points, normals, 5), 3000)
+    assert farthest(result, CUBE) < 0.25 * np.sqrt(6.0 / 3000)
+    assert np.percentile(SurfaceIndex(CUBE).query(result.vertices).distances, 95) < 0.1 * np.sqrt(6.0 / 3000)

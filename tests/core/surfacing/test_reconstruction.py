@@ -15,21 +15,21 @@ bodies = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 
 @bodies
 def test_a_reconstruction_is_closed_faces_outward_and_lies_on_the_points(body):
-    found = screened_poisson(*oriented_points(body), DEPTH)
+    result = screened_poisson(*oriented_points(body), DEPTH)
     cell = 1.1 * np.ptp(body.vertices, axis=0).max() / 2**DEPTH
-    assert is_watertight(found)
-    assert vertex_components(found)[0] == vertex_components(body)[0]
-    assert signed_volume(found) == pytest.approx(signed_volume(body), rel=0.02)
-    assert distance(found, body) < 0.1 * cell
-    assert not crossing_triangles(found).any()
+    assert is_watertight(result)
+    assert vertex_components(result)[0] == vertex_components(body)[0]
+    assert signed_volume(result) == pytest.approx(signed_volume(body), rel=0.02)
+    assert distance(result, body) < 0.1 * cell
+    assert not crossing_triangles(result).any()
 
 
 def test_a_hole_in_the_points_is_closed():
     points, normals = oriented_points(BODIES["ball"])
     kept = points[:, 2] > -0.9
-    found = screened_poisson(points[kept], normals[kept], DEPTH)
-    assert is_watertight(found)
-    assert signed_volume(found) == pytest.approx(signed_volume(BODIES["ball"]), rel=0.04)
+    result = screened_poisson(points[kept], normals[kept], DEPTH)
+    assert is_watertight(result)
+    assert signed_volume(result) == pytest.approx(signed_volume(BODIES["ball"]), rel=0.04)
 
 
 def test_a_thin_gap_between_stray_layers_inside_leaves_no_hollow():
@@ -38,15 +38,15 @@ def test_a_thin_gap_between_stray_layers_inside_leaves_no_hollow():
     cell, rng = 2.2 / 2**DEPTH, np.random.default_rng(0)
     layer = np.column_stack([rng.uniform(-2.5, 2.5, (60, 2)), np.repeat([-0.3, 0.3], 30)]) * cell
     inward = np.column_stack([np.zeros((60, 2)), -np.sign(layer[:, 2])])
-    found = screened_poisson(np.concatenate([points, layer]), np.concatenate([normals, inward]), DEPTH)
-    assert vertex_components(found)[0] == 1
+    result = screened_poisson(np.concatenate([points, layer]), np.concatenate([normals, inward]), DEPTH)
+    assert vertex_components(result)[0] == 1
 
 
 def test_a_real_hollow_is_kept():
     points, normals = oriented_points(BODIES["ball"])
-    found = screened_poisson(np.concatenate([points, 0.4 * points]), np.concatenate([normals, -normals]), DEPTH)
-    assert vertex_components(found)[0] == 2
-    assert signed_volume(found) == pytest.approx((1 - 0.4**3) * signed_volume(BODIES["ball"]), rel=0.03)
+    result = screened_poisson(np.concatenate([points, 0.4 * points]), np.concatenate([normals, -normals]), DEPTH)
+    assert vertex_components(result)[0] == 2
+    assert signed_volume(result) == pytest.approx((1 - 0.4**3) * signed_volume(BODIES["ball"]), rel=0.03)
 
 
 def test_noise_is_averaged():
@@ -54,8 +54,8 @@ def test_noise_is_averaged():
     body, rng = BODIES["ball"], np.random.default_rng(1)
     points, normals = oriented_points(body, 20_000)
     noise = rng.normal(0, 0.33 * 2.2 / 2**DEPTH, len(points))
-    found = screened_poisson(points + noise[:, None] * normals, normals, DEPTH)
-    assert distance(found, body) < 0.3 * np.abs(noise).mean()
+    result = screened_poisson(points + noise[:, None] * normals, normals, DEPTH)
+    assert distance(result, body) < 0.3 * np.abs(noise).mean()
 
 
 def test_uneven_density_does_not_bend_the_surface():
@@ -63,9 +63,9 @@ def test_uneven_density_does_not_bend_the_surface():
     body = BODIES["ball"]
     points, normals = oriented_points(body, 40_000)
     kept = (points[:, 0] > 0) | (np.arange(len(points)) % 20 == 0)
-    found = screened_poisson(points[kept], normals[kept], DEPTH)
-    assert signed_volume(found) == pytest.approx(signed_volume(body), rel=0.02)
-    assert distance(found, body) < 0.15 * 2.2 / 2**DEPTH
+    result = screened_poisson(points[kept], normals[kept], DEPTH)
+    assert signed_volume(result) == pytest.approx(signed_volume(body), rel=0.02)
+    assert distance(result, body) < 0.15 * 2.2 / 2**DEPTH
 
 
 def test_depth_refines_fourfold():
@@ -77,9 +77,9 @@ def test_depth_refines_fourfold():
 def test_a_reconstruction_scales_and_moves_with_its_points(scale, shift):
     points, normals = oriented_points(BODIES["torus"])
     plain = screened_poisson(points, normals, DEPTH)
-    found = screened_poisson(scale * points + shift, normals, DEPTH)
-    assert_array_equal(found.triangles, plain.triangles)
-    assert_allclose(found.vertices, scale * plain.vertices + shift, atol=1e-5 * scale)
+    result = screened_poisson(scale * points + shift, normals, DEPTH)
+    assert_array_equal(result.triangles, plain.triangles)
+    assert_allclose(result.vertices, scale * plain.vertices + shift, atol=1e-5 * scale)
 
 
 def test_the_same_points_give_the_same_bytes():

@@ -20,19 +20,19 @@ bodies = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 @bodies
 @pytest.mark.parametrize("triangles", [600, 3000])
 def test_remeshing_keeps_the_surface_and_meets_the_budget(body, triangles):
-    found = remeshed(body, triangles)
-    assert triangles - 2 <= len(found.triangles) <= triangles
-    assert is_watertight(found)
-    assert vertex_components(found)[0] == vertex_components(body)[0]
-    assert distance(found, body) < 0.1 * mean_edge_length(found)
-    assert signed_volume(found) == pytest.approx(signed_volume(body), rel=0.07)
-    assert not crossing_triangles(found).any()
+    result = remeshed(body, triangles)
+    assert triangles - 2 <= len(result.triangles) <= triangles
+    assert is_watertight(result)
+    assert vertex_components(result)[0] == vertex_components(body)[0]
+    assert distance(result, body) < 0.1 * mean_edge_length(result)
+    assert signed_volume(result) == pytest.approx(signed_volume(body), rel=0.07)
+    assert not crossing_triangles(result).any()
 
 
 def test_triangles_of_a_reconstruction_become_even_and_well_shaped():
     surface = screened_poisson(*oriented_points(BODIES["torus"], 20_000), 6)
-    found = remeshed(surface, len(surface.triangles) // 3)
-    shapes = quality(found.vertices, found.triangles)
+    result = remeshed(surface, len(surface.triangles) // 3)
+    shapes = quality(result.vertices, result.triangles)
     assert np.median(shapes) > 0.9
     assert np.percentile(shapes, 1) > 0.6
 
@@ -41,10 +41,10 @@ def test_creases_and_corners_stay_sharp():
     """A box of many triangles, reduced: the planes that meet at an edge hold it."""
     box = trimesh.creation.box(extents=[1.0, 2.0, 3.0]).subdivide().subdivide().subdivide().subdivide()
     body = TriangleMesh(np.asarray(box.vertices), np.asarray(box.faces))
-    found, _ = collapsed(body, 300, np.zeros(len(body.vertices), bool))
-    assert signed_volume(found) == pytest.approx(6.0, rel=2e-3)
+    result, _ = collapsed(body, 300, np.zeros(len(body.vertices), bool))
+    assert signed_volume(result) == pytest.approx(6.0, rel=2e-3)
     corners = np.array([[x, 2 * y, 3 * z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    assert max(np.linalg.norm(found.vertices - corner, axis=1).min() for corner in corners) < 0.01
+    assert max(np.linalg.norm(result.vertices - corner, axis=1).min() for corner in corners) < 0.01
 
 
 def test_sheets_nearer_than_an_edge_do_not_come_to_cross():
@@ -79,24 +79,24 @@ def test_where_the_result_crosses_itself_the_mesh_does():
 def test_frozen_vertices_stay():
     body = BODIES["ball"]
     frozen = body.vertices[:, 2] > 0.5
-    found, left = collapsed(body, 700, frozen)
+    result, left = collapsed(body, 700, frozen)
     assert set(np.flatnonzero(frozen)) <= set(left)
-    assert_array_equal(found.vertices[frozen[left]], body.vertices[frozen])
+    assert_array_equal(result.vertices[frozen[left]], body.vertices[frozen])
 
 
 def test_a_tetrahedron_is_not_collapsed():
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     body = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
-    found, left = collapsed(body, 2, np.zeros(4, bool))
-    assert len(found.triangles) == 4 and len(left) == 4
+    result, left = collapsed(body, 2, np.zeros(4, bool))
+    assert len(result.triangles) == 4 and len(left) == 4
 
 
 @pytest.mark.parametrize("scale", [1e-3, 10.0])
 def test_remeshing_has_no_unit(scale):
     body = BODIES["two balls"]
-    plain, found = remeshed(body, 600), remeshed(body.moved(scale * body.vertices), 600)
-    assert len(found.triangles) == len(plain.triangles)
-    assert distance(found.moved(found.vertices / scale), plain) < 0.1 * mean_edge_length(plain)
+    plain, result = remeshed(body, 600), remeshed(body.moved(scale * body.vertices), 600)
+    assert len(result.triangles) == len(plain.triangles)
+    assert distance(result.moved(result.vertices / scale), plain) < 0.1 * mean_edge_length(plain)
 
 
 def test_the_same_mesh_gives_the_same_bytes():

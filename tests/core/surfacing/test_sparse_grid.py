@@ -72,7 +72,7 @@ def test_any_signs_give_a_closed_manifold():
 
 def test_the_surface_of_a_distance_is_a_ball():
     grid = whole_grid(np.full(3, -1.5), 0.1, (30, 30, 30))
-    found = zero_surface(grid, 1.0 - np.linalg.norm(node_places(grid), axis=1))
-    assert is_watertight(found) and vertex_components(found)[0] == 1
-    assert signed_volume(found) == pytest.approx(4 / 3 * np.pi, rel=0.01)
-    assert np.abs(np.linalg.norm(found.vertices, axis=1) - 1).max() < 0.01
+    result = zero_surface(grid, 1.0 - np.linalg.norm(node_places(grid), axis=1))
+    assert is_watertight(result) and vertex_components(result)[0] == 1
+    assert signed_volume(result) == pytest.approx(4 / 3 * np.pi, rel=0.01)
+    assert np.abs(np.linalg.norm(result.vertices, axis=1) - 1).max() < 0.01

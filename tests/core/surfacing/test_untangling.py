@@ -20,9 +20,9 @@ def test_a_vertex_pulled_through_the_body_comes_back():
     spiked[spike] = [0.0, 0.1, -1.6]
     crossed = body.moved(spiked)
     assert crossing_triangles(crossed).any()
-    found = untangled(crossed)
-    assert not crossing_triangles(found).any()
-    assert_array_equal(found.triangles, body.triangles)
+    result = untangled(crossed)
+    assert not crossing_triangles(result).any()
+    assert_array_equal(result.triangles, body.triangles)
     far = np.linalg.norm(body.vertices - body.vertices[spike], axis=1) > 1.0
     near_exit = np.linalg.norm(body.vertices - [0.0, 0.1, -1.0], axis=1) < 0.6
-    assert_array_equal(found.vertices[far & ~near_exit], body.vertices[far & ~near_exit])
+    assert_array_equal(result.vertices[far & ~near_exit], body.vertices[far & ~near_exit])
