@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from refmesh_addon.core.geometry.mesh import merged, sample_surface, triangle_normals, vertex_components
+from refmesh_addon.core.geometry.mesh import merged, sample_surface, submesh, triangle_normals, vertex_components
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 
@@ -38,16 +38,11 @@ def main() -> None:
 
 
 def bodies(mesh: TriangleMesh) -> list[TriangleMesh]:
-    """Components that are more than specks."""
+    """Components that are larger than floaters."""
     count, component = vertex_components(mesh)
     owner = component[mesh.triangles[:, 0]]
     kept = np.flatnonzero(np.bincount(owner, minlength=count) >= LEAST_BODY * len(owner))
-    return [TriangleMesh(*_compact(mesh.vertices, mesh.triangles[owner == index])) for index in kept]
-
-
-def _compact(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    used, triangles = np.unique(triangles, return_inverse=True)
-    return vertices[used], triangles.reshape(-1, 3)
+    return [submesh(mesh, owner == index)[0] for index in kept]
 
 
 def shape(body: TriangleMesh) -> dict[str, str | float]:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.errors import RefMeshError
+from ..core.geometry.half_edges import HalfEdges
 from ..core.types import TriangleMesh
 from .files import write_npz
 
@@ -41,14 +42,10 @@ class PreviewMesh:
     @classmethod
     def of(cls, mesh: TriangleMesh) -> PreviewMesh:
         """Vertices and triangles in their order."""
-        triangles = mesh.triangles.astype(np.int32)
-        ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
-        if (ends[:, 0] == ends[:, 1]).any():
-            return cls(mesh.vertices.astype(np.float32), triangles, np.empty((0, 2), np.int32), np.empty((0, 3), np.int32))
-        low, high = ends.min(axis=1).astype(np.int64), ends.max(axis=1)
-        pairs, edge = np.unique(low * len(mesh.vertices) + high, return_inverse=True)
-        edges = np.stack(np.divmod(pairs, len(mesh.vertices)), axis=1).astype(np.int32)
-        return cls(mesh.vertices.astype(np.float32), triangles, edges, edge.reshape(-1, 3).astype(np.int32))
+        vertices, table = mesh.vertices.astype(np.float32), HalfEdges.of(mesh)
+        if (table.start == table.end).any():
+            return cls(vertices, mesh.triangles, np.empty((0, 2), np.int32), np.empty((0, 3), np.int32))
+        return cls(vertices, mesh.triangles, table.edges, table.edge.reshape(-1, 3).astype(np.int32))
 
     @property
     def nbytes(self) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..geometry.borders import border_edges
-from ..geometry.mesh import area_vectors, unique_points
+from ..geometry.mesh import area_vectors, have_distinct_corners, submesh, unique_points
 from ..geometry.vectors import normalized
 from ..types import FrozenArrays, TriangleMesh
 
@@ -44,12 +44,12 @@ class SurfaceSampler:
         self.border = border_edges(mesh)
         first, place = unique_points(mesh.vertices)
         corners = first[place][mesh.triangles]
-        proper = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+        proper = have_distinct_corners(corners)
         # In the order of the mesh: what a stride picks must not depend on coordinates.
-        self._kept, compact = np.unique(corners[proper], return_inverse=True)
+        part, self._kept = submesh(TriangleMesh(mesh.vertices, corners), proper)
         holders = np.repeat(np.flatnonzero(proper), 3)
         shape = len(self._kept), len(mesh.triangles)
-        self._around = sparse.csr_matrix((np.ones(len(holders)), (compact.reshape(-1), holders)), shape=shape)
+        self._around = sparse.csr_matrix((np.ones(len(holders)), (part.triangles.ravel(), holders)), shape=shape)
         last = self._around.indices[self._around.indptr[1:] - 1].astype(np.int64)
         self._triangles = np.concatenate([last, np.arange(len(mesh.triangles))])
         self._corners = np.concatenate([np.repeat(self._kept[:, None], 3, axis=1), mesh.triangles])

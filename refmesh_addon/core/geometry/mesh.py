@@ -123,6 +123,12 @@ def unique_points(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[new], inverse
 
 
+def have_distinct_corners(triangles: np.ndarray) -> np.ndarray:
+    """(T,) bool, whether the corners of each of (T, 3) triangles are three different vertices."""
+    a, b, c = triangles.T
+    return (a != b) & (b != c) & (c != a)
+
+
 def merged(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
     """The mesh with exactly coincident vertices merged, as along UV seams, and without collapsed triangles and unused vertices.
 
@@ -130,8 +136,7 @@ def merged(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
     """
     first, inverse = unique_points(mesh.vertices)
     triangles = inverse[mesh.triangles]
-    proper = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
-    result, used = submesh(TriangleMesh(mesh.vertices[first], triangles), proper)
+    result, used = submesh(TriangleMesh(mesh.vertices[first], triangles), have_distinct_corners(triangles))
     return result, first[used]
 
 
