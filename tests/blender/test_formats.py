@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,8 @@ from refmesh_addon.bridge.formats.export import Export
 from refmesh_addon.core.settings import option
 from refmesh_addon.io.files import atomic_file
 from refmesh_addon.io.formats import Format
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
@@ -27,8 +30,8 @@ def write(export: Export) -> list:
     """The frames of each group, and the options."""
     target = export.target(".xyz")
     with atomic_file(target) as file:
-        frames = [f"{index}: {first_last[0]}-{first_last[-1]}" for index, first_last in export.choice.groups.items()]
-        file.write("\n".join([*frames, f"{export.options.digits} {export.options.axis}"]).encode())
+        lines = [f"{index}: {frames[0]}-{frames[-1]}" for index, frames in export.choice.groups.items()]
+        file.write("\n".join([*lines, f"{export.options.digits} {export.options.axis}"]).encode())
     return [target]
 
 
@@ -69,6 +72,16 @@ def test_menu_and_arguments_have_name_help_bounds_and_choices(extended):
     digits = arguments["xyz_digits"]
     assert (digits.description, digits.default, digits.hard_min, digits.hard_max) == ("Decimals of a coordinate", 3, 0, 9)
     assert arguments["xyz_axis"].enum_items.keys() == ["x", "y"]
+
+
+def test_options_of_the_command_line_are_those_of_the_format(extended, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(str(ROOT / "headless"))
+    parser = importlib.import_module("operator_options").make_parser(extended, "")
+    arguments = parser.parse_args("in --output out --export xyz --export-xyz-digits 5 --export-xyz-axis y".split())
+    assert (arguments.export, arguments.export_xyz_digits, arguments.export_xyz_axis) == (["xyz"], 5, "y")
+    with pytest.raises(SystemExit):
+        parser.parse_args("in --output out --export-xyz-digits 10".split())
+    assert "--export-xyz-digits: '10' is not a number from 0 to 9" in capsys.readouterr().err
 
 
 def test_its_limits_are_told(extended, solved, monkeypatch):
