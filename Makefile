@@ -9,7 +9,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test fuzz peers lint samples pictures extension test-extension lock clean
+.PHONY: help environment demo test fuzz peers viewers lint samples pictures extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -35,6 +35,10 @@ fuzz: environment
 ## make peers      add libigl, Open3D and DracoPy to .venv, for benchmarks
 peers: environment
 	.venv/bin/pip install --quiet --require-hashes --no-deps -r environment/peers.txt
+
+## make viewers    add the programs that tests open GLB files with, from npm, to build/node (REFMESH_NODE_MODULES= for another place)
+viewers:
+	npm install --silent --no-save --prefix build/node gltf-validator@2.0.0-dev.3.10 meshoptimizer@1.3.0
 
 ## make lint       style, docstrings, types, and who may import whom
 lint: environment

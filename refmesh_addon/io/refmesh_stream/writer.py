@@ -107,7 +107,8 @@ def _check(group: FrameGroup, grid: np.ndarray) -> None:
 def _reduced(group: FrameGroup, triangles: int) -> FrameGroup:
     if not triangles:
         return group
-    return FrameGroup(group.numbers, *reduced(group.positions, group.triangles, triangles))
+    reduction = reduced(group.positions, group.triangles, triangles)
+    return FrameGroup(group.numbers, reduction.frames, reduction.triangles)
 
 
 def _parts(group: FrameGroup) -> list[FrameGroup]:

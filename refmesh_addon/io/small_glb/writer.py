@@ -1,0 +1,173 @@
+"""Writes a sequence as a small GLB: groups of one mesh and a few morph targets, which take turns without a gap.
+
+Every group is a node that an animation shows and hides by its scale, 1 or 0, and below it a node that turns whole numbers into scene
+units. Weights are keyed on every frame at its exact time; the scale of both groups changes at once, a small part of a frame before the
+first frame of the next, so that no rounding of times in a player can show the wrong group on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...core.compression.morph_targets import MorphTargets, fitted_morph_targets, mean_normals, packed_bits
+from ...core.compression.reduction import reduced
+from ...core.errors import RefMeshError
+from ...core.geometry.mesh import normalized
+from ..files import atomic_file
+from ..refmesh_stream.writer import FrameGroup
+from .container import Container
+from .triangle_order import packing_order
+
+_Course = tuple[np.ndarray, np.ndarray, str]  # (N,) times, values at these, interpolation
+EARLY = 1 / 64  # of a frame, that groups take turns before the first frame of the next
+ENOUGH = 0.5  # of the error: where fewer triangles use up less, more of them save nothing
+LEAST_LEFT = 0.3  # of the error is for morph targets, whatever reducing triangles uses up
+TRIANGLE_BITS = 9  # that a triangle takes about
+GREATEST = (1 << 16) - 1  # whole number of a position
+NORMAL_SCALE = 127  # whole number of a unit normal
+NORMAL_STEPS = 12  # from 0 to 1 along each axis, to which normals are rounded before they get their length back
+
+
+@dataclass(frozen=True)
+class SmallGlb:
+    """How good and how large.
+
+    error : RMS distance from the frames along normals, share of the bounding-box diagonal.  triangles : numbers that are tried in turn
+    as long as they help; the last is taken where none is close enough.  targets : fewest and most morph targets of a group.
+    packed : by EXT_meshopt_compression, which Blender reads from 5.2 on.  normals : with the mean normals of each group, so that it
+    looks smooth; without them a viewer shades triangles flat.
+    """
+
+    error: float = 5e-4
+    triangles: tuple[int, ...] = (8000, 11000, 15000, 20000)
+    targets: tuple[int, int] = (3, 8)
+    packed: bool = False
+    normals: bool = True
+
+
+@dataclass(frozen=True)
+class WrittenGroup:
+    """What a group became.  error : RMS, share of the diagonal.  triangles, targets : counts."""
+
+    numbers: tuple[int, ...]
+    error: float
+    triangles: int
+    targets: int
+
+
+def write_small_glb(
+    path: str | Path, groups: Iterable[FrameGroup], diagonal: float, frame_rate: float, choice: SmallGlb
+) -> list[WrittenGroup]:
+    """Writes the groups, in their order; returns what each became, so that an error that could not be reached can be told.
+
+    diagonal : of the bounding box of the whole sequence, scene units.  frame_rate : frames per second; frame n is shown at
+    (n - first) / frame_rate seconds. Raises RefMeshError when the file cannot be written or a group cannot be held in 16 bits.
+    """
+    container, models, written = Container(choice.packed), [], []
+    for group in groups:
+        best = min(_candidates(group, choice, diagonal), key=lambda candidate: candidate.rank(choice.error * diagonal))
+        written.append(WrittenGroup(group.numbers, best.error / diagonal, len(best.triangles), len(best.model.targets)))
+        models.append((group.numbers, best.model, _mesh(container, best, choice.normals)))
+    _add_scene(container, models, frame_rate)
+    with atomic_file(path) as file:
+        file.write(container.finished())
+    return written
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A group as it could be written.  triangles : (T, 3).  frames : (F, V, 3) that the model stands for.  error : RMS, scene units."""
+
+    model: MorphTargets
+    triangles: np.ndarray
+    frames: np.ndarray
+    error: float
+
+    def rank(self, error: float) -> tuple[float, float]:
+        """Low is better: first to be close enough, then to be small."""
+        return max(self.error, error), packed_bits(self.model) + TRIANGLE_BITS * len(self.triangles)
+
+
+def _candidates(group: FrameGroup, choice: SmallGlb, diagonal: float) -> Iterator[_Candidate]:
+    """One for each number of triangles, up to the first that leaves most of the error to morph targets."""
+    error, (fewest, most) = choice.error * diagonal, choice.targets
+    for count in choice.triangles:
+        reduction = reduced(group.positions, group.triangles, count)
+        triangles, order = packing_order(reduction.triangles, reduction.frames.shape[1])
+        left = np.sqrt(max(error**2 - reduction.error**2, (LEAST_LEFT * error) ** 2))
+        model = fitted_morph_targets(reduction.frames[:, order], triangles, float(left), range(fewest, most + 1))
+        _check(group, model)
+        yield _Candidate(model, triangles, reduction.frames[:, order], float(np.hypot(reduction.error, model.error)))
+        if reduction.error < ENOUGH * error:
+            break
+
+
+def _check(group: FrameGroup, model: MorphTargets) -> None:
+    if model.base.max(initial=0) > GREATEST or np.abs(model.targets).max(initial=0) > GREATEST // 2:
+        frames = f"frames {group.numbers[0]} to {group.numbers[-1]}"
+        raise RefMeshError(f"{frames}: an error that small needs more than 16 bits; allow a larger one")
+
+
+def _mesh(container: Container, group: _Candidate, normals: bool) -> dict:
+    """A glTF mesh; its weights are those of the first frame."""
+    model, triangles = group.model, group.triangles
+    attributes = {"POSITION": container.vertices([model.base.astype(np.uint16)])[0]}
+    if normals:
+        directions = normalized(np.rint(NORMAL_STEPS * mean_normals(group.frames, triangles)))
+        attributes["NORMAL"] = container.vertices([np.rint(NORMAL_SCALE * directions).astype(np.int8)], normalized=True)[0]
+    primitive: dict = {"attributes": attributes, "indices": container.triangles(triangles)}
+    if not len(model.targets):
+        return {"primitives": [primitive]}
+    kind = np.int8 if np.abs(model.targets).max() <= 127 else np.int16
+    primitive["targets"] = [{"POSITION": accessor} for accessor in container.vertices(list(model.targets.astype(kind)))]
+    return {"primitives": [primitive], "weights": model.weights[0].tolist()}
+
+
+def _add_scene(container: Container, models: list[tuple[tuple[int, ...], MorphTargets, dict]], frame_rate: float) -> None:
+    """Nodes of all groups and the animation that plays them."""
+    nodes: list[dict] = [{"name": "RefMesh", "children": []}]
+    samplers: list[dict] = []
+    channels: list[dict] = []
+    first = models[0][0][0]
+    switches = [(numbers[0] - first - EARLY) / frame_rate for numbers, _, _ in models]
+    for index, (numbers, model, _) in enumerate(models):
+        switch, body = len(nodes), len(nodes) + 1
+        nodes[0]["children"].append(switch)
+        scale = [model.unit] * 3
+        nodes.append({"name": f"frames {numbers[0]} to {numbers[-1]}", "children": [body]} | ({"scale": [0, 0, 0]} if index else {}))
+        nodes.append({"mesh": index, "translation": model.origin.tolist(), "scale": scale})
+        if len(models) > 1:
+            times, shown = _switched(switches, index)
+            _animate(container, (samplers, channels), (switch, "scale"), (times, np.repeat(shown[:, None], 3, axis=1), "STEP"))
+        if len(model.targets) and len(numbers) > 1:
+            times = (np.array(numbers) - first) / frame_rate
+            _animate(container, (samplers, channels), (body, "weights"), (times, model.weights.ravel(), "LINEAR"))
+    meshes = [mesh for _, _, mesh in models]
+    container.content = {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "meshes": meshes}
+    if channels:
+        container.content["animations"] = [{"name": "RefMesh", "samplers": samplers, "channels": channels}]
+
+
+def _switched(switches: list[float], index: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times at which group `index` is shown (1) or hidden (0), from 0 on."""
+    times, shown = [0.0], [float(index == 0)]
+    if index:
+        times.append(switches[index])
+        shown.append(1.0)
+    if index + 1 < len(switches):
+        times.append(switches[index + 1])
+        shown.append(0.0)
+    return np.array(times), np.array(shown)
+
+
+def _animate(container: Container, animation: tuple[list, list], target: tuple[int, str], course: _Course) -> None:
+    """Adds a channel and its sampler.  target : number of a node, and what of it moves."""
+    samplers, channels = animation
+    node, path = target
+    times, values, interpolation = course
+    samplers.append({"input": container.values(times), "output": container.values(values), "interpolation": interpolation})
+    channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
