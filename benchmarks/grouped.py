@@ -17,15 +17,17 @@ from refmesh_addon.core.evaluation.metrics import surface_distance
 from refmesh_addon.core.geometry.holes import capped
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
 from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
-from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, build_reference, place_centers
+from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, place_centers
 from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
+from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
 from refmesh_addon.core.tracking.affinity import near_pairs
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.pipeline.process.worker import SINGLE_THREAD
 from refmesh_addon.pipeline.session.parallel import Workers
+from refmesh_addon.pipeline.stages.reconstruction import build_with
 
 from .common import tracked
 
@@ -92,7 +94,8 @@ def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Refe
     aligned = _mapped(workers, align_frame, tasks)
     kept = [one for one in aligned if one.iou_after >= settings.least_overlap]
     points, normals = (np.concatenate([getattr(one, name) for one in kept]) for name in ("points", "normals"))
-    (built,) = _mapped(workers, build_reference, [(points, normals, anchor, take.spacing, budget, settings.poisson_depth)])
+    depth = settings.poisson_depth or reconstruction_depth(anchor, budget)
+    (built,) = _mapped(workers, build_with, [(settings.reconstruction, points, normals, take.spacing, budget, depth)])
     before, after = ([getattr(one, name) for one in aligned] for name in ("iou_before", "iou_after"))
     targets = [one.targets for one in aligned]
     return Reference(built.mesh, group, targets, settings.mapping, before, after)

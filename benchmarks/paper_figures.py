@@ -1,9 +1,11 @@
-"""The paper's figures, of its pipeline and of ours: python -m benchmarks.paper_figures INPUT [--first 6]
+"""The paper's figure, of its pipeline and of ours: python -m benchmarks.paper_figures INPUT [--first 6]
 
-Distance against group size, for several numbers of centers: the group begins at the first frame, and all sizes share one
-tracking. `paper` maps by splines and carries the reference mesh back by them, `ours` tears and carries by rigid motions; both
-are measured as the centers alone carry the mesh, which is what the paper's figure shows. Writes FOLDER/distances.csv,
-FOLDER/distances.png and a picture of source frames and reference meshes, FOLDER/references.png.
+Distance against group size, for several numbers of centers. All sizes share one tracking; a group begins at the frame given, or
+earlier where the sequence ends too soon. `paper` is what `--preset paper` does: it maps by splines, reconstructs by PyMeshLab and
+carries the reference mesh back by splines. `unaligned` is the same without the alignment of the frames. As in the paper's
+figure the mesh is carried by its centers alone; with --deformed the whole deformation of each pipeline is measured as well.
+Writes FOLDER/distances.csv, FOLDER/distances.png and a picture of source frames and reference meshes, FOLDER/references.png.
+Rows that distances.csv already has are kept: an interrupted run goes on, and another one may add numbers of centers.
 """
 
 from __future__ import annotations
@@ -11,67 +13,101 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
+from refmesh_addon.core.settings import PRESETS, Settings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.parallel import Workers
 
 from .grouped import Reference, Take, extracted, judged, processes, tracked_take
 
-PIPELINES = {"ours": ReferenceSettings(), "paper": ReferenceSettings(mapping="rbf", least_overlap=0.0)}
-MARKS = {500: "o", 1000: "s", 1500: "^"}  # as in the paper
-REPORTED = (
-    "source_to_deformed_mean",
-    "source_to_deformed_p99",
-    "source_to_deformed_max",
-    "deformed_to_source_mean",
-    "deformed_to_source_max",
-)
+OURS, PAPER = Settings(), Settings.from_flat(PRESETS["paper"])
+PIPELINES = {"ours": OURS, "paper": PAPER, "unaligned": replace(PAPER, reference=replace(PAPER.reference, alignment_steps=0))}
+LINES = {"ours": "-", "paper": "--", "unaligned": ":"}
+MARKERS = {500: "o", 1000: "s", 1500: "^"}  # as in the paper
+COLORS = {500: "tab:blue", 1000: "tab:orange", 1500: "tab:green"}
+DISTANCES = ("source_to_deformed_mean", "source_to_deformed_p99", "source_to_deformed_max")
+FIGURES = (*DISTANCES, "deformed_to_source_mean", "deformed_to_source_max")
 SHOWN = 3  # source frames in the picture: first, middle and last
 PIXELS = 1800  # width of the picture
-TURN = (1.37, 0.0, 0.45)  # radians about x, y and z, as the preview looks
+TURN = (1.37, 0.0, 0.45)  # radians about x, y and z, as in the preview
 
 
 def main() -> None:
     """Measures, writes the files and prints one line of JSON."""
+    arguments = parsed_arguments()
+    numbers = find_sequence(arguments.input).numbers
+    sizes = [size for size in sorted(set(arguments.sizes)) if size <= len(numbers)]
+    first = numbers.index(arguments.first) if arguments.first is not None else 0
+    begin = min(first, len(numbers) - sizes[-1])
+    frames = numbers[begin : max(begin + sizes[-1], first + 1)]
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    table = arguments.folder / "distances.csv"
+    rows = read_table(table)
+    with processes() as workers:
+        for centers in arguments.centers:
+            missing = [size for size in sizes if (centers, size) not in {(row["centers"], row["size"]) for row in rows}]
+            if not missing:
+                continue
+            settings = TrackingSettings(centers=centers, resolution=arguments.resolution)
+            take = tracked_take(arguments.input, ",".join(map(str, frames)), settings)
+            for size in missing:
+                group = take.part(list(range(start := min(first - begin, len(frames) - size), start + size)))
+                references = {name: extracted(group, pipeline.reference, workers) for name, pipeline in PIPELINES.items()}
+                for name, reference in references.items():
+                    figures = measured(group, reference, PIPELINES[name] if size in arguments.deformed else None, workers)
+                    rows.append({"pipeline": name, "centers": centers, "first": group.numbers[0], "size": size, **figures})
+                    print("  ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
+                write_table(table, rows)
+            picture(arguments.folder / "references.png", {name: reference.mesh for name, reference in references.items()}, group)
+    plot(arguments.folder / "distances.png", rows, Path(arguments.input).name)
+    print(json.dumps({"benchmark": "paper_figures", "input": Path(arguments.input).name, "rows": rows}))
+
+
+def parsed_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("input", help="folder, file or pattern")
-    parser.add_argument("--first", type=int, help="number of the frame that all groups begin with (default: the first one)")
+    parser.add_argument("--first", type=int, help="number of the frame that groups begin with (default: the first one)")
     parser.add_argument("--sizes", type=int, nargs="+", default=list(range(2, 11)), help="frames of a group (default: 2 to 10)")
+    parser.add_argument(
+        "--deformed", type=int, nargs="*", default=[], metavar="SIZE", help="sizes of which the deformation is measured, too"
+    )
     parser.add_argument("--centers", type=int, nargs="+", default=[500, 1000, 1500])
     parser.add_argument("--resolution", type=int, default=256, help="voxels along the longest side (default: %(default)s)")
     parser.add_argument("--folder", type=Path, default=Path("build/paper_figures"), help="where files go (default: %(default)s)")
     arguments = parser.parse_args()
-    numbers = [number for number in find_sequence(arguments.input).numbers if arguments.first is None or number >= arguments.first]
-    sizes = [size for size in sorted(arguments.sizes) if size <= len(numbers)]
-    if not sizes:
-        parser.error(f"there are only {len(numbers)} frames from there on")
-    frames = ",".join(str(number) for number in numbers[: sizes[-1]])
-    arguments.folder.mkdir(parents=True, exist_ok=True)
-    rows, shown = [], {}
-    with processes() as workers:
-        for centers in arguments.centers:
-            take = tracked_take(arguments.input, frames, TrackingSettings(centers=centers, resolution=arguments.resolution))
-            for size in sizes:
-                for name, settings in PIPELINES.items():
-                    part = take.part(list(range(size)))
-                    shown[name] = (part, extracted(part, settings, workers))
-                    rows.append({"pipeline": name, "centers": centers, "size": size, **measured(*shown[name], workers)})
-                    print("  ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
-    write_table(arguments.folder / "distances.csv", rows)
-    plot(arguments.folder / "distances.png", rows, Path(arguments.input).name)
-    picture(arguments.folder / "references.png", {name: reference.mesh for name, (_, reference) in shown.items()}, part)
-    print(json.dumps({"benchmark": "paper_figures", "input": Path(arguments.input).name, "frames": frames, "rows": rows}))
+    numbers = find_sequence(arguments.input).numbers
+    if arguments.first is not None and arguments.first not in numbers:
+        parser.error(f"--first {arguments.first}: there is no such frame; the first is {numbers[0]}, the last {numbers[-1]}")
+    if min(arguments.sizes) < 1 or min(arguments.sizes) > len(numbers):
+        parser.error(f"--sizes: there are {len(numbers)} frames, so a group has 1 to {len(numbers)}")
+    return arguments
 
 
-def measured(take: Take, reference: Reference, workers: Workers) -> dict[str, float]:
-    """Distances of the carried mesh, %, over all frames of the group, and the worst IoU."""
-    found = judged(take, reference, None, workers)["carried"]
-    return {name: found[name] for name in REPORTED} | {"iou": round(min(reference.after), 3)}
+def measured(group: Take, reference: Reference, pipeline: Settings | None, workers: Workers) -> dict[str, float | str]:
+    """Distances of the mesh over all frames of the group, in % of the diagonal, and the worst IoU.
+
+    pipeline : whose deformation is measured as well; None leaves those columns empty.
+    """
+    distances = judged(group, reference, pipeline and pipeline.deformation, workers)
+    carried = {name: distances["carried"][name] for name in FIGURES}
+    deformed = {f"fitted_{name}": distances["fitted"][name] if pipeline else "" for name in DISTANCES}
+    return carried | deformed | {"iou": round(min(reference.after), 3)}
+
+
+def read_table(path: Path) -> list[dict]:
+    """The rows of an earlier run, none where there was none."""
+    if not path.is_file():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return [
+            {name: value if name == "pipeline" or value == "" else json.loads(value) for name, value in row.items()}
+            for row in csv.DictReader(file)
+        ]
 
 
 def write_table(path: Path, rows: list[dict]) -> None:
@@ -87,16 +123,14 @@ def plot(path: Path, rows: list[dict], title: str) -> None:
     from matplotlib.figure import Figure  # drawn without a window, and only in this process
 
     figure = Figure(figsize=(11, 4.5), layout="constrained")
-    for axes, name, words in zip(figure.subplots(1, 2), ("source_to_deformed_mean", "source_to_deformed_max"), ("mean", "Hausdorff")):
-        for pipeline, line in (("ours", "-"), ("paper", "--")):
-            for centers in sorted({row["centers"] for row in rows}):
-                found = [row for row in rows if (row["pipeline"], row["centers"]) == (pipeline, centers)]
-                axes.plot(
-                    [row["size"] for row in found], [row[name] for row in found], line, marker=MARKS.get(centers, "."),
-                    label=f"{pipeline}, {centers} centers",
-                )  # fmt: skip
-        axes.set(xlabel="frames in the group", ylabel=f"{words} distance, % of the diagonal", title=title, ylim=(0, None))
-    axes.legend()
+    axes = figure.subplots(1, 2)
+    for side, name, label in zip(axes, ("source_to_deformed_mean", "source_to_deformed_max"), ("mean", "Hausdorff")):
+        for pipeline, centers in sorted({(row["pipeline"], row["centers"]) for row in rows}):
+            line = [(row["size"], row[name]) for row in rows if (row["pipeline"], row["centers"]) == (pipeline, centers)]
+            style = {"linestyle": LINES[pipeline], "marker": MARKERS.get(centers, "."), "color": COLORS.get(centers)}
+            side.plot(*zip(*line), **style, label=f"{pipeline}, {centers} centers")
+        side.set(xlabel="frames in the group", ylabel=f"{label} distance, % of the diagonal", title=title, yscale="log")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper")
     figure.savefig(path, dpi=130)
 
 
@@ -118,14 +152,14 @@ def picture(path: Path, references: dict[str, TriangleMesh], take: Take) -> None
     gap = 0.15 * max(np.ptp(place[:, 0]) for place in places)
     with studio() as scene:
         left, line, high, deep = 0.0, 0.1 * gap, 0.0, 0.0
-        for (words, mesh, color), place in zip(actors, places):
+        for (label, mesh, color), place in zip(actors, places):
             low, size = place.min(axis=0), np.ptp(place, axis=0)
             data = bpy.data.meshes.new("RefMesh figure")
             fill_mesh(data, TriangleMesh(place - low + [left, 0.0, -size[2] / 2], mesh.triangles))
             data.materials.append(plain_material(f"RefMesh {color}", color))
-            add(scene, words, data)
+            add(scene, label, data)
             line = 0.05 * size[0]
-            write(scene, words, (left + size[0] / 2, -line), 2 * line)
+            write(scene, label, (left + size[0] / 2, -line), 2 * line)
             left, high, deep = left + size[0] + gap, max(high, size[1]), max(deep, size[2])
         render(scene, np.array([-gap, -5 * line, -deep]), np.array([left, high + gap, deep]), path, PIXELS)
 

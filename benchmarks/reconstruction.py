@@ -22,11 +22,11 @@ from refmesh_addon.core.reference.support import without_bubbles
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.surfacing import reconstruction, remeshing
 from refmesh_addon.core.surfacing.edge_flips import quality
-from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.context import Context
 from refmesh_addon.pipeline.session.job import JobSpec
 from refmesh_addon.pipeline.session.parallel import Workers
+from refmesh_addon.pipeline.stages.meshlab import screened_poisson
 from refmesh_addon.pipeline.stages.reference import align_groups, building_units
 from refmesh_addon.pipeline.stages.tracking import track_sequence
 
@@ -35,7 +35,7 @@ from . import meshlab
 SAMPLES = 30_000
 MAKERS = {
     "ours": (reconstruction.screened_poisson, remeshing.remeshed),
-    "pymeshlab": (meshlab.screened_poisson, meshlab.remeshed),
+    "pymeshlab": (screened_poisson, meshlab.remeshed),
 }
 
 
@@ -46,25 +46,25 @@ def main() -> None:
     arguments = parser.parse_args()
     rows = []
     for group, task in enumerate(building_tasks(arguments.input, arguments.frames)):
-        for name, (reconstruct, remesh) in MAKERS.items():
-            rows.append({"group": group, "maker": name, **measured(*task, reconstruct, remesh)})
+        for name, makers in MAKERS.items():
+            rows.append({"group": group, "maker": name, **measured(*task, *makers)})
             print("  ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
     print(json.dumps({"benchmark": "reconstruction", "input": Path(arguments.input).name, "frames": arguments.frames, "rows": rows}))
 
 
 def building_tasks(source: str, frames: str) -> list[tuple]:
-    """The arguments of `build_reference` for each group, from a job that stops short of the reference meshes."""
+    """Points, normals, spacing, triangles and depth of each group, from a job that stops short of the reference meshes."""
     with tempfile.TemporaryDirectory() as output, Workers() as workers:
         spec = JobSpec(source, output, frames, settings=Settings())
         context = Context.open(spec, find_sequence(source, frames), lambda stage, frame, share: None, print, workers)
         aligned = align_groups(context, track_sequence(context))
-        return [unit.arguments() for unit in building_units(context, aligned).values()]
+        return [unit.arguments()[1:] for unit in building_units(context, aligned).values()]
 
 
-def measured(points, normals, anchor, spacing, triangles, depth, reconstruct, remesh) -> dict:
+def measured(points, normals, spacing, triangles, depth, reconstruct, remesh) -> dict:
     """Figures of one reference mesh."""
     start = time.process_time()
-    surface = without_bubbles(reconstruct(points, normals, depth or reconstruction_depth(anchor, triangles)), points, spacing)
+    surface = without_bubbles(reconstruct(points, normals, depth), points, spacing)
     reconstructed = time.process_time()
     mesh = remesh(surface, triangles)
     done = time.process_time()

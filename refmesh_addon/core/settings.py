@@ -97,6 +97,14 @@ class ReferenceSettings(StageSettings):
         low=0.0,
         high=1.0,
     )
+    reconstruction: str = option(
+        "builtin",
+        "Which screened Poisson reconstruction makes the surface of the reference mesh",
+        choices={
+            "builtin": "RefMesh's own: keeps sharp edges, needs no other package",
+            "pymeshlab": "The reference implementation, from PyMeshLab, which has to be installed",
+        },
+    )
     poisson_depth: int = option(
         0,
         "Screened Poisson reconstruction on 2^depth cells along the longest side; 0 (auto) takes it from the triangle budget",
@@ -218,5 +226,12 @@ EDITS = ("group_starts", "apart")  # notes of the user on one sequence, which no
 PRESETS: dict[str, dict[str, object]] = {
     "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},
     "standard": {},
-    "paper": {"resolution": 512, "mapping": "rbf", "keypoint_search": "unlimited", "fit_rounds": 0, "steady_frames": 0},
+    "paper": {
+        "resolution": 512,
+        "mapping": "rbf",
+        "reconstruction": "pymeshlab",
+        "keypoint_search": "unlimited",
+        "fit_rounds": 0,
+        "steady_frames": 0,
+    },
 }

@@ -17,7 +17,7 @@ from .sequence import Sequence
 
 SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not raise it
 REPORT_NAME, DEFORMED_FOLDER = "report.json", "deformed"  # in the output folder
-PACKAGES = ("numpy", "scipy", "trimesh", "pillow", "xatlas", "constriction")
+PACKAGES = ("numpy", "scipy", "trimesh", "pillow", "xatlas", "constriction", "pymeshlab")
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
 

@@ -8,7 +8,7 @@ from ..properties.settings import setting_properties
 from .common import absolute, reporting, sequence_object
 from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
-from .settings import chosen_settings, preset_property
+from .settings import chosen_settings, preset_property, settings_warnings
 from .showing import ShowingOperator
 
 # Arguments apply to one call: without this, Blender would reuse the last ones when the button is pressed again.
@@ -75,9 +75,8 @@ class JobOperator(ShowingOperator):
         if not_imported:
             frame = not_imported[0]
             raise RefMeshError(f"--frames {frames or 'all'}: frame {frame} was not imported; import the sequence with these frames")
-        return JobSpec(
-            str(absolute(state.source)), str(output), frames, chosen_settings(self.properties, state.settings), self.until, self.resume
-        )
+        settings, warnings = chosen_settings(self.properties, state.settings), settings_warnings(self.properties)
+        return JobSpec(str(absolute(state.source)), str(output), frames, settings, self.until, self.resume, warnings)
 
     def _remember(self, state, spec):
         """The panel shows the settings that the job uses."""

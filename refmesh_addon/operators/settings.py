@@ -4,6 +4,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..core.settings import EDITS, PRESETS, Settings, flat_fields
+from ..pipeline.process.presets import preset_settings, preset_warning
 from ..properties.selection import sequence_object
 from ..properties.settings import RefMeshSettings, plain_value, title
 from .common import SequenceOperator
@@ -11,7 +12,7 @@ from .common import SequenceOperator
 PRESET_DESCRIPTIONS = {
     "draft": "Few centers and coarse voxels, for a first look in seconds rather than minutes",
     "standard": "Good for most captures",
-    "paper": "The published method: radial basis functions, unlimited search, no surface fit",
+    "paper": "The published method: radial basis functions, PyMeshLab's reconstruction where installed, unlimited search, no surface fit",
 }
 
 
@@ -33,7 +34,14 @@ def chosen_settings(arguments: bpy.types.OperatorProperties, panel: RefMeshSetti
 
 def with_preset(panel: RefMeshSettings, preset: str) -> dict[str, object]:
     """All settings of a preset, with the edits that the user made for this sequence."""
-    return Settings.from_flat(PRESETS[preset]).to_flat() | {name: plain_value(panel, name) for name in EDITS}
+    return preset_settings(preset).to_flat() | {name: plain_value(panel, name) for name in EDITS}
+
+
+def settings_warnings(arguments: bpy.types.OperatorProperties) -> tuple[str, ...]:
+    """What the preset passed to the operator has to do without, where the operator is not told how."""
+    replaced = arguments.is_property_set("reconstruction") or not arguments.is_property_set("preset")
+    warning = "" if replaced else preset_warning(arguments.preset)
+    return (warning,) if warning else ()
 
 
 class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
@@ -52,6 +60,8 @@ class REFMESH_OT_apply_preset(SequenceOperator, bpy.types.Operator):
     def execute(self, context):
         settings = sequence_object(context).refmesh.settings
         settings.assign(with_preset(settings, self.preset))
+        if warning := preset_warning(self.preset):
+            self.report({"WARNING"}, warning)
         return {"FINISHED"}
 
 

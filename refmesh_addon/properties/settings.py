@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..core.settings import EDITS, PRESETS, Settings, flat_fields
+from ..pipeline.process.presets import preset_settings
 
 
 def title(name: str) -> str:
@@ -57,7 +58,7 @@ class RefMeshSettings(bpy.types.PropertyGroup):
     def matching_preset(self) -> str:
         """The preset that these settings equal; "" when there is none."""
         current = Settings.from_flat({name: value for name, value in self.to_flat().items() if name not in EDITS})
-        return next((name for name, values in PRESETS.items() if Settings.from_flat(values) == current), "")
+        return next((name for name in PRESETS if preset_settings(name) == current), "")
 
 
 CLASSES = (RefMeshSettings,)

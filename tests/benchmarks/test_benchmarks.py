@@ -16,6 +16,7 @@ from benchmarks.trajectories import CASES, Case, judge
 from refmesh_addon.core.deformation.arap import ArapSolver
 from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, triangle_normals
 from refmesh_addon.core.settings import TrackingSettings
+from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
 from refmesh_addon.core.tracking.volume import sample_volume
 from refmesh_addon.io.ply import write_ply
 from sample_scenes.generators import SEQUENCES
@@ -75,13 +76,14 @@ def test_memory(cache):
     assert np.isfinite(numbers(found)).all()
 
 
-@pytest.mark.parametrize("maker", reconstruction.MAKERS.values(), ids=reconstruction.MAKERS.keys())
-def test_reconstruction(maker):
+@pytest.mark.parametrize("makers", reconstruction.MAKERS.values(), ids=reconstruction.MAKERS)
+def test_reconstruction(makers):
     """The smallest group there is: one body, known in closed form."""
     ball = next(iter(SEQUENCES["tumble"]().frames(1)))
     rng = np.random.default_rng(0)
     points, owners = sample_surface(ball, 6000, rng)
-    found = reconstruction.measured(points, triangle_normals(ball)[owners], ball, 0.1 * ball.diagonal, 1000, 0, *maker)
+    depth = reconstruction_depth(ball, 1000)
+    found = reconstruction.measured(points, triangle_normals(ball)[owners], 0.1 * ball.diagonal, 1000, depth, *makers)
     assert found["watertight"]
     assert found["crossing"] == 0
     assert found["triangles"] == pytest.approx(1000, rel=0.01)
@@ -95,9 +97,7 @@ def test_figures_of_a_run(tmp_path):
     group = {"triangles": 10, "watertight": True, "self_intersections": 0, "iou_before": 0.9, "iou_after": 0.95}
     report = {"schema": 1, "sequence": {"name": "a"}, "frames": frames, "groups": [group], "seconds": {"tracking": 1.5, "reference": 2.0}}
     (tmp_path / "report.json").write_text(json.dumps(report))
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.figures", str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-m", "benchmarks.figures", str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=True)
     row = json.loads(done.stdout.splitlines()[-1])["rows"][0]
     assert row["deformed_to_source_p99"] == pytest.approx([0.4, 0.4])
     assert row["closed"] == "1 of 1"
@@ -254,14 +254,15 @@ def test_primitives(tmp_path):
 def test_paper_figures(cache, tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks.paper_figures", str(frames_folder("tumble", FRAMES, cache)), "--resolution", "32"]
-        + ["--centers", "40", "--sizes", "2", "9", "--folder", str(tmp_path)],
+        + ["--centers", "40", "--sizes", "2", "9", "--deformed", "2", "--folder", str(tmp_path)],
         cwd=ROOT,
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stderr
     rows = json.loads(done.stdout.splitlines()[-1])["rows"]
-    assert [(row["pipeline"], row["size"]) for row in rows] == [("ours", 2), ("paper", 2)]
+    assert [(row["pipeline"], row["size"]) for row in rows] == [("ours", 2), ("paper", 2), ("unaligned", 2)]
+    assert all(0 < row["fitted_source_to_deformed_mean"] < 5 and 0 < row["source_to_deformed_mean"] < 5 for row in rows)
     assert len((tmp_path / "distances.csv").read_text().splitlines()) == 1 + len(rows)
     for name in ("distances.png", "references.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")

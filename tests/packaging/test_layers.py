@@ -8,7 +8,14 @@ import pytest
 ADDON = Path(__file__).resolve().parents[2] / "refmesh_addon"
 BLENDER_SIDE = {"bridge", "operators", "ui", "properties", "registration", "preferences"}
 # Package -> where it may be imported.
-LIMITED = {"bpy": BLENDER_SIDE, "mathutils": BLENDER_SIDE, "pymeshlab": set(), "trimesh": {"io"}, "PIL": {"io"}, "xatlas": {"pipeline"}}
+LIMITED = {
+    "bpy": BLENDER_SIDE,
+    "mathutils": BLENDER_SIDE,
+    "trimesh": {"io"},
+    "PIL": {"io"},
+    "xatlas": {"pipeline"},
+    "pymeshlab": {"pipeline"},
+}
 # Floor -> floors it may import.
 FLOORS = {
     "core": set(),

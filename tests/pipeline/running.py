@@ -25,7 +25,7 @@ def shared_workers() -> Workers:
 
 def finish(source, output, notify=lambda stage, frame, share: None, **changes) -> list[str]:
     """Runs a job to its end and gives its warnings. changes : of the job, or of TINY's settings by their flat names."""
-    job = {name: changes.pop(name) for name in ("frames", "until", "resume") if name in changes}
+    job = {name: changes.pop(name) for name in ("frames", "until", "resume", "warnings") if name in changes}
     settings = Settings.from_flat({**TINY.to_flat(), **changes})
     warnings: list[str] = []
     run(replace(JobSpec(str(source), str(output), settings=settings), **job), notify, warnings.append, shared_workers())

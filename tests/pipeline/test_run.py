@@ -43,6 +43,11 @@ def test_deformed_frames_share_the_reference_and_are_what_is_played(finished):
         assert max(frame[side]["mean"] for side in ("source_to_deformed", "deformed_to_source")) < 0.05
 
 
+def test_what_was_known_before_the_run_is_reported_with_its_own_warnings(two_balls, tmp_path):
+    assert "said before" in finish(two_balls, tmp_path, warnings=("said before",), until="tracking")
+    assert "said before" in report(tmp_path)["warnings"]
+
+
 @pytest.mark.parametrize("tracking", ["sequence", "group"])
 def test_the_number_of_workers_changes_no_byte(two_balls, tmp_path, tracking):
     settings = Settings.from_flat({**TINY.to_flat(), "tracking": tracking, "group_size": 2})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy import sparse
 from ..geometry.self_intersection import crossing_triangles
 from ..progress import Progress, ignore
 from ..settings import ReferenceSettings
-from ..surfacing.reconstruction import reconstruction_depth, screened_poisson
+from ..surfacing.reconstruction import screened_poisson
 from ..surfacing.remeshing import remeshed
 from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
@@ -111,14 +112,18 @@ def align_frame(
 
 
 def build_reference(
-    points: np.ndarray, normals: np.ndarray, anchor_mesh: TriangleMesh, spacing: float, triangles: int, depth: int
+    points: np.ndarray,
+    normals: np.ndarray,
+    spacing: float,
+    triangles: int,
+    depth: int,
+    reconstruct: Callable[[np.ndarray, np.ndarray, int], TriangleMesh] = screened_poisson,
 ) -> ReferenceMesh:
     """The reference mesh of a group.
 
-    points, normals : (P, 3) of all its aligned frames.  anchor_mesh : the anchor frame's.  spacing : s, scene units.
-    triangles : budget.  depth : of the octree; 0 chooses it by the budget.
+    points, normals : (P, 3) of all its aligned frames.  spacing : s, scene units.  triangles : budget.
+    depth : of the octree.  reconstruct : gives a closed surface for points, normals and depth, as `screened_poisson` does.
     """
-    depth = depth or reconstruction_depth(anchor_mesh, triangles)
-    surface = without_bubbles(screened_poisson(points, normals, depth), points, spacing)
+    surface = without_bubbles(reconstruct(points, normals, depth), points, spacing)
     mesh = remeshed(surface, triangles)
     return ReferenceMesh(mesh, int(crossing_triangles(mesh).sum()))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...core.errors import RefMeshError
 
-PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction")
+PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction", "pymeshlab")
 PACKAGE_ROOT = Path(__file__).resolve().parents[3]  # the folder that holds refmesh_addon
 # What could make the worker's Python look elsewhere than its parent does.
 _LEFT_OUT = ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONINSPECT")

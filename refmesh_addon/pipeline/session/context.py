@@ -43,6 +43,8 @@ class Context(Session):
             report.warnings.append(message)
             warn(message)
 
+        for warning in spec.warnings:
+            warn_and_report(warning)
         if sequence.gaps:
             warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
         session = Session(output, Cache(output / CACHE_FOLDER, spec.resume), workers, notify)

@@ -21,6 +21,7 @@ class JobSpec:
 
     source : folder, file or pattern, as `find_sequence` takes it.  output : folder.  frames : "6-10,14" or "" for all.
     until : the last of STAGES that is wanted, or CHECK.  resume : take up what an earlier run left in the output folder's cache.
+    warnings : known before the run starts; reported with its own.
     """
 
     source: str
@@ -29,6 +30,7 @@ class JobSpec:
     settings: Settings = field(default_factory=Settings)
     until: str = STAGES[-1]
     resume: bool = True
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self):
         if self.until not in (CHECK, *STAGES):
@@ -41,7 +43,7 @@ class JobSpec:
 
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""
-        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume")}
+        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings")}
         return json.dumps({**plain, "settings": self.settings.to_flat()}, indent=2, ensure_ascii=False)
 
     @classmethod
@@ -49,6 +51,7 @@ class JobSpec:
         """Raises RefMeshError when the text is not a job."""
         try:
             values = json.loads(text)
-            return cls(**{**values, "settings": Settings.from_flat(values.get("settings", {}))})
+            plain = {"settings": Settings.from_flat(values.get("settings", {})), "warnings": tuple(values.get("warnings", ()))}
+            return cls(**{**values, **plain})
         except (ValueError, TypeError, AttributeError) as error:
             raise RefMeshError(f"the job file cannot be understood ({error}); start the job again") from error

@@ -17,10 +17,10 @@ from ...core.reference.group import (
     ReferenceMesh,
     align_frame,
     anchor_frame,
-    build_reference,
     place_centers,
 )
 from ...core.settings import ReferenceSettings
+from ...core.surfacing.reconstruction import reconstruction_depth
 from ...core.types import Keyed, TriangleMesh
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
@@ -29,6 +29,7 @@ from ..session.job import REFERENCE
 from ..session.session import StageShare
 from .groups import FrameGroup, chosen_groups
 from .marked_bodies import bodies_apart
+from .reconstruction import build_with
 from .tracking_result import TrackingResult
 
 REFERENCE_SCHEMA = 9
@@ -78,7 +79,7 @@ class GroupAnchor(Keyed):
 def make_references(context: Context, tracking: TrackingResult) -> References:
     """The reference mesh of each group. Raises RefMeshError for marked bodies that contradict each other."""
     aligned = align_groups(context, tracking)
-    meshes = cached_map(context, build_reference, building_units(context, aligned), ReferenceMesh, BUILDING)
+    meshes = cached_map(context, build_with, building_units(context, aligned), ReferenceMesh, BUILDING)
     return References(**vars(aligned), meshes=meshes)
 
 
@@ -94,7 +95,7 @@ def align_groups(context: Context, tracking: TrackingResult) -> AlignedGroups:
 
 
 def building_units(context: Context, aligned: AlignedGroups) -> dict[int, WorkUnit]:
-    """What `build_reference` is to do, by index of the group."""
+    """What `build_with` is to do, by index of the group."""
     return {group.index: _building(context, group, aligned) for group in aligned.groups}
 
 
@@ -152,7 +153,9 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
         points, normals = (np.concatenate([getattr(frame, name) for frame in kept]) for name in ("points", "normals"))
         centers = groups.centers[group.index]
         anchor = context.frames.body(group.frames[centers.anchor])
-        return points, normals, anchor, centers.spacing, _budget(context, group), context.settings.reference.poisson_depth
+        settings, triangles = context.settings.reference, _budget(context, group)
+        depth = settings.poisson_depth or reconstruction_depth(anchor, triangles)
+        return settings.reconstruction, points, normals, centers.spacing, triangles, depth
 
     return WorkUnit(f"reference/mesh_{group.index:03d}", group.key, arguments)
 

@@ -1,0 +1,37 @@
+"""The reconstructions that `--reconstruction` chooses from, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...core.geometry.closest_point import SurfaceIndex
+from ...core.reference.group import ReferenceMesh, build_reference
+from ...core.surfacing.edge_flips import regularized
+from ...core.surfacing.reconstruction import screened_poisson
+from ...core.types import TriangleMesh
+from . import meshlab
+
+
+def published(points: np.ndarray, normals: np.ndarray, depth: int) -> TriangleMesh:
+    """PyMeshLab's screened Poisson reconstruction without the slivers of its marching cubes, which would stop edge collapses."""
+    surface = meshlab.screened_poisson(points, normals, depth)
+    return regularized(surface, SurfaceIndex(surface), np.zeros(len(surface.vertices), dtype=bool))
+
+
+RECONSTRUCTIONS: dict[str, Callable[[np.ndarray, np.ndarray, int], TriangleMesh]] = {
+    "builtin": screened_poisson,
+    "pymeshlab": published,
+}
+
+
+def check_available(name: str) -> None:
+    """Raises RefMeshError, saying what to do, where the reconstruction needs a package that is not installed."""
+    if name == meshlab.PACKAGE:
+        meshlab.check_installed()
+
+
+def build_with(name: str, points: np.ndarray, normals: np.ndarray, spacing: float, triangles: int, depth: int) -> ReferenceMesh:
+    """`build_reference` by one of RECONSTRUCTIONS."""
+    return build_reference(points, normals, spacing, triangles, depth, RECONSTRUCTIONS[name])
