@@ -45,7 +45,8 @@ def _cut(offsets: np.ndarray, masses: np.ndarray, share: float) -> tuple[int, np
 def _directed(axis: np.ndarray, offsets: np.ndarray, masses: np.ndarray) -> np.ndarray:
     """The axis, pointing to the longer tail of the mass; where both tails are equal, so that its largest coordinate is positive."""
     along = offsets @ axis
-    tail = masses @ along**3
-    if abs(tail) < SYMMETRIC * (masses @ np.abs(along) ** 3):
+    cubes = along * along * along  # numpy raises to the third power ten times slower
+    tail = masses @ cubes
+    if abs(tail) < SYMMETRIC * (masses @ np.abs(cubes)):
         tail = axis[np.argmax(np.abs(axis))]
     return axis if tail >= 0 else -axis

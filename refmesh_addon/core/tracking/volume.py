@@ -8,8 +8,10 @@ all voxels by far less than a voxel, at a small part of the cost.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..geometry.voxels import fill, grid_around
 from ..types import FrozenArrays, TriangleMesh
@@ -26,6 +28,16 @@ class VolumeSamples(FrozenArrays):
     positions: np.ndarray
     masses: np.ndarray
     spacing: float
+
+    @cached_property
+    def moments(self) -> np.ndarray:
+        """(N, 4) mass, and mass times position, of each sample."""
+        return np.column_stack([self.masses, self.masses[:, None] * self.positions])
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Of the positions: it takes longer to build than a step of tracking, and is needed only where a center owns nothing."""
+        return cKDTree(self.positions)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import cKDTree
 
 from ...core.errors import RefMeshError
 from ...core.tracking.forward import TrackedFrame
@@ -39,7 +38,7 @@ class TrackedFrames(FrozenArrays):
         """One frame. Raises RefMeshError, naming the file, when the centers were lost."""
         if not np.isfinite(state.centers).all():
             raise RefMeshError(f"{path}: the centers were lost here; leave this frame out with --frames")
-        outside = np.mean(cKDTree(volume.finest.positions).query(state.centers)[0] > volume.finest.spacing)
+        outside = np.mean(volume.finest.tree.query(state.centers)[0] > volume.finest.spacing)
         values = (state.centers, state.dfu, state.lloyd_energy, state.arap_energy, state.steps, volume.size, outside)
         return cls(*(np.asarray(value)[None] for value in values))
 
