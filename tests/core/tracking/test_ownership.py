@@ -44,7 +44,7 @@ def test_few_samples_are_queried_again_where_little_moves(monkeypatch):
     centers = centers.copy()
     centers[7] += 0.02
     ownership.of(centers)
-    assert len(queried) == 2 and len(queried[1]) < 0.1 * len(SAMPLES.positions), "the second time only around that center"
+    assert len(queried) == 2 and len(queried[1]) < 0.2 * len(SAMPLES.positions), "most are far from what moved"
 
 
 def test_a_single_center_owns_everything():
