@@ -54,7 +54,7 @@ samples: environment
 pictures: environment
 	$(RUN) docs/make_pictures.py
 
-## make extension  the zips to be installed in Blender, one for each platform, in build/
+## make extension  the zips to be installed in Blender, one for each platform, in build/ (WITH_PYMESHLAB=1 puts PyMeshLab in)
 extension: environment
 	$(RUN) extension/build.py
 
@@ -71,6 +71,7 @@ lock:
 	$(LOCK) --python-version 3.11 -c environment/requirements.txt environment/peers.in -o environment/peers.txt
 	$(LOCK) --python-version 3.11 --no-deps extension/wheels.in -o extension/wheels-cp311.txt
 	$(LOCK) --python-version 3.13 --no-deps extension/wheels.in -o extension/wheels-cp313.txt
+	$(LOCK) --python-version 3.11 --no-deps extension/pymeshlab.in -o extension/pymeshlab.txt
 
 ## make clean      remove .venv and everything that was built
 clean:

@@ -1,7 +1,8 @@
 """Build the extension's zips with Blender's own tool: python extension/build.py [--output FOLDER] [TARGET ...]
 
 A target is a platform in Blender's words, or "no-wheels". Wheels of the locked versions go to wheels/, unmodified as the
-index has them, the zips to build/. The same sources give the same bytes.
+index has them, the zips to build/. The same sources give the same bytes. With WITH_PYMESHLAB=1 in the environment the zips
+hold PyMeshLab as well and have it in their names.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 WHEELS = ROOT / "wheels"
 BUILD = ROOT / "build"
 PYTHONS = {"3.11": "wheels-cp311.txt", "3.13": "wheels-cp313.txt"}  # Blender 4.2 to 5.0, and from 5.1 on
+PYMESHLAB = "pymeshlab.txt"  # the same for every Python
 # Blender's name -> the tags that pip may take wheels of, the preferred first. Each is matched as it stands, so all that occur are listed.
 PLATFORMS = {
     "linux-x64": ["manylinux2014_x86_64", "manylinux_2_27_x86_64", "manylinux_2_28_x86_64", "manylinux_2_35_x86_64"],
@@ -62,15 +64,22 @@ def build(target: str, output: Path) -> Path:
         shutil.rmtree(source)
 
 
+def with_pymeshlab() -> bool:
+    """Whether the environment asks for PyMeshLab in the zips."""
+    return os.environ.get("WITH_PYMESHLAB", "0") not in ("", "0")
+
+
 def download_wheels(platform: str) -> list[Path]:
     """The wheels for one platform and every Python, fetched where they are not there yet."""
     tags = [word for tag in PLATFORMS[platform] for word in ("--platform", tag)]
     wheels = {}
     for python, name in PYTHONS.items():
-        lock, folder = ROOT / "extension" / name, WHEELS / platform / python
+        folder = WHEELS / platform / python
+        locks = [ROOT / "extension" / lock for lock in (name, *([PYMESHLAB] if with_pymeshlab() else []))]
+        requirements = [word for lock in locks for word in ("-r", str(lock))]
         options = ["--quiet", "--disable-pip-version-check", "--no-deps", "--require-hashes", "--only-binary", ":all:", *tags]
-        run("-m", "pip", "download", *options, "--python-version", python, "--dest", str(folder), "-r", str(lock))
-        locked = lock.read_text()  # wheels of an earlier lock may lie there too
+        run("-m", "pip", "download", *options, "--python-version", python, "--dest", str(folder), *requirements)
+        locked = "".join(lock.read_text() for lock in locks)  # wheels of an earlier lock may lie there too
         wheels.update({wheel.name: wheel for wheel in folder.glob("*.whl") if sha256(wheel.read_bytes()).hexdigest() in locked})
     return [wheels[name] for name in sorted(wheels)]
 
@@ -100,12 +109,17 @@ def with_wheels(manifest: str, platform: str, names: list[str]) -> str:
 
 def build_zip(source: Path, folder: Path, target: str) -> Path:
     """Build the zip of a copy of the sources into a folder, then validate what was built."""
-    manifest = tomllib.loads((source / "blender_manifest.toml").read_text())
-    archive = folder / f"{manifest['id']}-{manifest['version']}-{target}.zip"
+    archive = folder / archive_name(tomllib.loads((source / "blender_manifest.toml").read_text()), target)
     tool = next(Path(find_spec("bpy").origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
     run(str(tool), "build", "--source-dir", str(source), "--output-filepath", str(archive))
     run(str(tool), "validate", str(archive))
     return archive
+
+
+def archive_name(manifest: dict, target: str) -> str:
+    """Name of the zip of one target."""
+    extra = "-pymeshlab" if with_pymeshlab() and target != NO_WHEELS else ""
+    return f"{manifest['id']}-{manifest['version']}-{target}{extra}.zip"
 
 
 def wheel_sizes(archive: Path) -> list[tuple[str, int]]:

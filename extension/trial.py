@@ -20,6 +20,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from extension.build import archive_name
+
 ROOT = Path(__file__).resolve().parent.parent
 TRIALS = ROOT / "build" / "trials"
 SAMPLE = ROOT / "sample_scenes" / "grasp" / "frames"
@@ -180,8 +182,7 @@ def try_command_line(blender: Blender, archive: Path) -> dict:
 
 
 def zip_of(folder: Path, target: str) -> Path:
-    version = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
-    path = folder / f"refmesh-{version}-{target}.zip"
+    path = folder / archive_name(tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8")), target)
     if not path.is_file():
         sys.exit(f"{path} is missing: run 'make extension' first")
     return path

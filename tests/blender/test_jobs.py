@@ -10,7 +10,8 @@ import pytest
 
 from refmesh_addon.core.settings import PRESETS, Settings
 from refmesh_addon.operators.progress import Clock, minutes, stage_and_frame
-from refmesh_addon.operators.settings import chosen_settings
+from refmesh_addon.operators.settings import chosen_settings, settings_warnings
+from refmesh_addon.pipeline.process import presets
 
 # As little work as the pipeline can do on a coarse ball.
 TINY = {"centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "triangles": 300}
@@ -42,6 +43,18 @@ def test_what_is_passed_wins_over_preset_wins_over_panel(ball):
     assert settings_of(panel, centers=88) == Settings.from_flat({"centers": 88, "resolution": 99, "smoothness": 0.3})
     assert settings_of(panel, preset="draft") == Settings.from_flat(PRESETS["draft"])
     assert settings_of(panel, preset="draft", centers=1000) == Settings.from_flat({**PRESETS["draft"], "centers": 1000})
+
+
+def test_without_pymeshlab_the_paper_preset_falls_back_and_says_so(ball, monkeypatch):
+    monkeypatch.setattr(presets, "_is_installed", lambda: False)
+    arguments = bpy.context.window_manager.operator_properties_last("refmesh.run_all")
+    expected = Settings.from_flat({**PRESETS["paper"], "reconstruction": "builtin"})
+    assert settings_of(Settings(), preset="paper") == expected
+    assert "PyMeshLab is not installed" in settings_warnings(arguments)[0]
+    bpy.ops.refmesh.apply_preset(preset="paper")
+    assert Settings.from_flat(ball.refmesh.settings.to_flat()) == expected and ball.refmesh.settings.matching_preset() == "paper"
+    assert settings_of(Settings(), preset="paper", reconstruction="pymeshlab") == Settings.from_flat(PRESETS["paper"])
+    assert settings_warnings(arguments) == ()  # the job itself refuses what it is asked for by name
 
 
 @pytest.mark.parametrize("preset", PRESETS)

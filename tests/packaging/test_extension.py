@@ -70,6 +70,14 @@ def test_changelog_begins_with_the_version():
 
 def test_readme_names_the_licence_of_every_wheel():
     readme = (ROOT / "README.md").read_text()
-    for lock in (ROOT / "extension").glob("wheels-*.txt"):
+    for lock in (ROOT / "extension").glob("*.txt"):
         for name in re.findall(r"^([a-z0-9-]+)==", lock.read_text(), flags=re.MULTILINE):
             assert re.search(rf"^\| {name} \|", readme, flags=re.MULTILINE | re.IGNORECASE), f"{name} is missing in README.md"
+
+
+def test_the_zip_with_pymeshlab_has_another_name(archive, tmp_path, monkeypatch):
+    """Neither overwrites the other, and the command line says which one is installed."""
+    monkeypatch.setenv("WITH_PYMESHLAB", "1")
+    assert build(tmp_path).name == f"{archive.stem}-pymeshlab.zip"
+    monkeypatch.setenv("WITH_PYMESHLAB", "0")
+    assert build(tmp_path).name == archive.name

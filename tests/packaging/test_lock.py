@@ -11,6 +11,7 @@ LOCKS = {
     "environment/peers.txt": "environment/peers.in",
     "extension/wheels-cp311.txt": "extension/wheels.in",
     "extension/wheels-cp313.txt": "extension/wheels.in",
+    "extension/pymeshlab.txt": "extension/pymeshlab.in",
 }
 
 
