@@ -40,6 +40,15 @@ def make_parser(bpy, description: str) -> argparse.ArgumentParser:
     return parser
 
 
+def make_decode_parser(command: str) -> argparse.ArgumentParser:
+    """The parser of what follows the command that decodes a compressed file."""
+    parser = OneLineParser(prog=f"run.py {command}", description="Writes the frames of a compressed file as PLY files.", allow_abbrev=False)
+    parser.add_argument("file", metavar="FILE.refmesh", help="file that --export refmesh wrote")
+    parser.add_argument("--output", required=True, metavar="FOLDER", help="where to write")
+    parser.add_argument("--quiet", action="store_true", help="no list of files")
+    return parser
+
+
 def operator_arguments(bpy, name: str) -> dict:
     """name -> RNA property of each argument of an operator that becomes an option."""
     properties = getattr(bpy.ops.refmesh, name).get_rna_type().properties

@@ -2,6 +2,7 @@
 
     blender -b -P headless/run.py -- INPUT --output OUT [options]
     python headless/run.py INPUT --output OUT [options]
+    python headless/run.py decode FILE.refmesh --output FOLDER
 
 Everything is done by the operators of the add-on, and the options are made from their arguments. An installed extension
 is used where there is one, else the checkout that contains this file.
@@ -18,10 +19,11 @@ from pathlib import Path
 from typing import TextIO
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # Blender's -P does not
-from operator_options import export_arguments, make_parser, operator_arguments  # noqa: E402
+from operator_options import export_arguments, make_decode_parser, make_parser, operator_arguments  # noqa: E402
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 EXIT_FAILED = 1
+DECODE = "decode"  # as the first argument; a folder of this name is given as ./decode
 CHECK_TEXT, CHECK_DATA = "sequence_check.txt", "sequence_check.json"  # in OUT
 NOT_RESULTS = "cache"  # folder in OUT that only speeds up the next run
 
@@ -36,6 +38,8 @@ def main() -> int:
         )
     checkout = register_checkout(bpy)
     try:
+        if own_arguments(bpy)[:1] == [DECODE]:
+            return decode(bpy, own_arguments(bpy)[1:])
         arguments = vars(make_parser(bpy, __doc__).parse_args(own_arguments(bpy)))
         stdout = claim_stdout()
         run(bpy, arguments)
@@ -48,6 +52,16 @@ def main() -> int:
         return print_findings(arguments, stdout)
     if not arguments["quiet"]:
         print(*written_files(arguments), sep="\n", file=stdout, flush=True)
+    return 0
+
+
+def decode(bpy, words: list[str]) -> int:
+    """Writes the frames of a compressed file and prints their paths."""
+    arguments, stdout = make_decode_parser(DECODE).parse_args(words), claim_stdout()
+    folder = Path(arguments.output)
+    bpy.ops.refmesh.decode_stream(filepath=os.path.abspath(arguments.file), output=os.path.abspath(folder))
+    if not arguments.quiet:
+        print(*sorted(folder.glob("frame_*.ply")), sep="\n", file=stdout, flush=True)
     return 0
 
 

@@ -17,6 +17,7 @@ from . import (
     sequence,
     settings,
     steps,
+    stream,
     timeline,
     view,
 )
@@ -34,6 +35,7 @@ MODULES = (
     timeline,
     view,
     export,
+    stream,
     picture,
     scene,
     installation,

@@ -5,6 +5,7 @@ import bpy
 
 def draw_import(self, context):
     self.layout.operator("refmesh.import_sequence", text="Mesh Sequence (RefMesh)")
+    self.layout.operator("refmesh.import_stream", text="RefMesh Stream (.refmesh)")
 
 
 def register():

@@ -9,9 +9,11 @@ import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 
 from refmesh_addon.core.settings import PRESETS, flat_fields
+from refmesh_addon.io.ply import read_surface
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "headless" / "run.py"
@@ -54,9 +56,29 @@ def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
     assert {path: path.read_bytes() for path in before} == before
 
 
+def test_a_compressed_export_is_decoded_by_another_process(frames, tmp_path):
+    pytest.importorskip("constriction")
+    export = ["--export", "refmesh", "--export-refmesh-quality", "fine"]
+    assert run("box", "--frames", "20-21", "--output", "out", *TINY, *export, cwd=tmp_path).returncode == 0
+    done = run("decode", "out/export/box.refmesh", "--output", "decoded", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == ["decoded/frame_0020.ply", "decoded/frame_0021.ply"]
+    for name in ("frame_0020.ply", "frame_0021.ply"):
+        before, after = (read_surface(tmp_path / folder / name) for folder in ("out/deformed", "decoded"))
+        assert len(after.triangles) == len(before.triangles)
+        np.testing.assert_allclose(np.ptp(after.vertices, axis=0), np.ptp(before.vertices, axis=0), atol=0.01)
+
+
+def test_a_foreign_file_is_not_decoded(frames, tmp_path):
+    done = run("decode", "box/box_20.obj", "--output", "decoded", cwd=tmp_path)
+    assert done.returncode == 1 and "box_20.obj: is not a .refmesh file" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
 @pytest.mark.parametrize(
     "arguments, message",
     [
+        (["decode", "x.refmesh"], "--output"),
         ([], "--output"),
         (["box"], "--output"),
         (["box", "--output", "out", "--centers", "3"], "--centers"),

@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
+import numpy as np
 
+from ...core.options import option
 from ...io.formats import GLB
+from ...io.small_glb.writer import SmallGlb, write_small_glb
 from ..scene.timeline import timeline
 from .export import Export
 from .files import replacing
+from .frame_groups import diagonal, frame_groups, frame_rate
 from .stand_ins import morphing_stand_ins
+
+Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # Blender's axes to those of glTF
+
+
+@dataclass(frozen=True)
+class GlbOptions:
+    """Options of the format."""
+
+    size: str = option(
+        "full",
+        "How the frames are stored",
+        choices={
+            "full": "Every vertex of every frame, as Blender exports it",
+            "small": "Fewer triangles and a few morph targets in whole numbers, for the web: some 50 times smaller",
+        },
+    )
+    error: float = option(0.05, "Small files: RMS distance from the frames, % of the diagonal", low=0.002, high=5.0)
+    packed: bool = option(False, "Small files: packed by EXT_meshopt_compression, which Blender reads from 5.2 on; a third of the size")
+    normals: bool = option(True, "Small files: with normals, so that viewers shade smoothly")
 
 
 def unavailable() -> str:
@@ -20,6 +43,21 @@ def unavailable() -> str:
 
 
 def write(export: Export) -> list[Path]:
+    """As small as the options say."""
+    return _write_small(export) if export.options.size == "small" else _write_full(export)
+
+
+def _write_small(export: Export) -> list[Path]:
+    """All groups in one file, each a reduced mesh with a few quantized morph targets."""
+    options: GlbOptions = export.options
+    target = export.target(GLB.extensions[0])
+    placement = Y_UP @ np.array(export.owner.refmesh.root.matrix_world)
+    choice = SmallGlb(options.error / 100, packed=options.packed, normals=options.normals, placement=placement)
+    write_small_glb(target, frame_groups(export, by_scene_frame=True), diagonal(export), frame_rate(), choice)
+    return [target]
+
+
+def _write_full(export: Export) -> list[Path]:
     """All groups in one file, with a morph target for each frame and one animation that plays them."""
     choice, target = export.choice, export.target(GLB.extensions[0])
     span = timeline(bpy.context.scene, choice.first, choice.last)
@@ -38,4 +76,4 @@ def write(export: Export) -> list[Path]:
     return [target]
 
 
-FORMAT = replace(GLB, write=write, contents="glTF binary with one morph target for each frame", unavailable=unavailable)
+FORMAT = replace(GLB, write=write, contents="glTF binary with morph targets", options=GlbOptions, unavailable=unavailable)

@@ -7,10 +7,11 @@ from pathlib import Path
 from ...core.errors import RefMeshError
 from ...io.files import output_folder
 from ...io.formats import Format
-from . import alembic, gltf, pc2, ply, usd
+from . import alembic, gltf, pc2, ply, refmesh, usd
 from .export import Export
 
-FORMATS = {known.name: known for known in (pc2.FORMAT, alembic.FORMAT, usd.FORMAT, gltf.FORMAT, ply.FORMAT)}  # in the order of the menu
+MENU = (pc2, alembic, usd, gltf, ply, refmesh)  # in this order
+FORMATS = {module.FORMAT.name: module.FORMAT for module in MENU}
 
 
 def written_formats() -> list[Format]:

@@ -8,7 +8,7 @@ first frame of the next, so that no rounding of times in a player can show the w
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +23,13 @@ from .container import Container
 from .triangle_order import packing_order
 
 _Course = tuple[np.ndarray, np.ndarray, str]  # (N,) times, values at these, interpolation
+EVERY = 1 << 30  # triangles: none is left out
 EARLY = 1 / 64  # of a frame, that groups take turns before the first frame of the next
 ENOUGH = 0.5  # of the error: where fewer triangles use up less, more of them save nothing
 LEAST_LEFT = 0.3  # of the error is for morph targets, whatever reducing triangles uses up
 TRIANGLE_BITS = 9  # that a triangle takes about
 GREATEST = (1 << 16) - 1  # whole number of a position
+SLACK = 1e-6  # of the error, for rounding
 NORMAL_SCALE = 127  # whole number of a unit normal
 NORMAL_STEPS = 12  # from 0 to 1 along each axis, to which normals are rounded before they get their length back
 
@@ -39,14 +41,15 @@ class SmallGlb:
     error : RMS distance from the frames along normals, share of the bounding-box diagonal.  triangles : numbers that are tried in turn
     as long as they help; the last is taken where none is close enough.  targets : fewest and most morph targets of a group.
     packed : by EXT_meshopt_compression, which Blender reads from 5.2 on.  normals : with the mean normals of each group, so that it
-    looks smooth; without them a viewer shades triangles flat.
+    looks smooth; without them a viewer shades triangles flat.  placement : (4, 4) from scene units to those of the file, which has y up.
     """
 
     error: float = 5e-4
-    triangles: tuple[int, ...] = (8000, 11000, 15000, 20000)
+    triangles: tuple[int, ...] = (8000, 11000, 15000, 20000, EVERY)
     targets: tuple[int, int] = (3, 8)
     packed: bool = False
     normals: bool = True
+    placement: np.ndarray = field(default_factory=lambda: np.eye(4))
 
 
 @dataclass(frozen=True)
@@ -62,17 +65,19 @@ class WrittenGroup:
 def write_small_glb(
     path: str | Path, groups: Iterable[FrameGroup], diagonal: float, frame_rate: float, choice: SmallGlb
 ) -> list[WrittenGroup]:
-    """Writes the groups, in their order; returns what each became, so that an error that could not be reached can be told.
+    """Writes the groups, in their order; returns what each became.
 
     diagonal : of the bounding box of the whole sequence, scene units.  frame_rate : frames per second; frame n is shown at
-    (n - first) / frame_rate seconds. Raises RefMeshError when the file cannot be written or a group cannot be held in 16 bits.
+    (n - first) / frame_rate seconds. A group that needs more morph targets is written in several runs of frames. Raises RefMeshError when
+    the file cannot be written, or the error cannot be reached: it says which can.
     """
     container, models, written = Container(choice.packed), [], []
     for group in groups:
-        best = min(_candidates(group, choice, diagonal), key=lambda candidate: candidate.rank(choice.error * diagonal))
-        written.append(WrittenGroup(group.numbers, best.error / diagonal, len(best.triangles), len(best.model.targets)))
-        models.append((group.numbers, best.model, _mesh(container, best, choice.normals)))
-    _add_scene(container, models, frame_rate)
+        for numbers, best in _runs(group, choice, diagonal):
+            written.append(WrittenGroup(numbers, best.error / diagonal, len(best.triangles), len(best.model.targets)))
+            models.append((numbers, best.model, _mesh(container, best, choice.normals)))
+    _check_error(written, choice)
+    _add_scene(container, models, frame_rate, choice.placement)
     with atomic_file(path) as file:
         file.write(container.finished())
     return written
@@ -90,6 +95,17 @@ class _Candidate:
     def rank(self, error: float) -> tuple[float, float]:
         """Low is better: first to be close enough, then to be small."""
         return max(self.error, error), packed_bits(self.model) + TRIANGLE_BITS * len(self.triangles)
+
+
+def _runs(group: FrameGroup, choice: SmallGlb, diagonal: float) -> Iterator[tuple[tuple[int, ...], _Candidate]]:
+    """The group as a whole where that is close enough, else in halves; with the numbers of the frames."""
+    error, count = choice.error * diagonal, len(group.numbers)
+    best = min(_candidates(group, choice, diagonal), key=lambda candidate: candidate.rank(error))
+    if best.error <= (1 + SLACK) * error or count <= choice.targets[1]:
+        yield group.numbers, best
+        return
+    for part in (slice(0, count // 2), slice(count // 2, count)):
+        yield from _runs(FrameGroup(group.numbers[part], group.positions[part], group.triangles), choice, diagonal)
 
 
 def _candidates(group: FrameGroup, choice: SmallGlb, diagonal: float) -> Iterator[_Candidate]:
@@ -112,6 +128,17 @@ def _check(group: FrameGroup, model: MorphTargets) -> None:
         raise RefMeshError(f"{frames}: an error that small needs more than 16 bits; allow a larger one")
 
 
+def _check_error(written: list[WrittenGroup], choice: SmallGlb) -> None:
+    worst = max(written, key=lambda group: group.error)
+    if worst.error > choice.error * (1 + SLACK):
+        most = f"{choice.targets[1]} morph targets and {worst.triangles} triangles"
+        where = f"frames {worst.numbers[0]} to {worst.numbers[-1]}"
+        reached = f"{100 * worst.error:.2g}"
+        raise RefMeshError(
+            f"{where}: an error of {100 * choice.error:.3g} % cannot be reached with {most}: allow {reached} %"
+        )
+
+
 def _mesh(container: Container, group: _Candidate, normals: bool) -> dict:
     """A glTF mesh; its weights are those of the first frame."""
     model, triangles = group.model, group.triangles
@@ -127,9 +154,14 @@ def _mesh(container: Container, group: _Candidate, normals: bool) -> dict:
     return {"primitives": [primitive], "weights": model.weights[0].tolist()}
 
 
-def _add_scene(container: Container, models: list[tuple[tuple[int, ...], MorphTargets, dict]], frame_rate: float) -> None:
-    """Nodes of all groups and the animation that plays them."""
-    nodes: list[dict] = [{"name": "RefMesh", "children": []}]
+def _add_scene(
+    container: Container, models: list[tuple[tuple[int, ...], MorphTargets, dict]], frame_rate: float, placement: np.ndarray
+) -> None:
+    """Nodes of all groups, below one that places them about the first, and the animation that plays them."""
+    center = models[0][1].origin  # far from the origin, single precision would be too coarse for every group by itself
+    place = placement.copy()
+    place[:3, 3] += place[:3, :3] @ center
+    nodes: list[dict] = [{"name": "RefMesh", "children": [], "matrix": place.T.ravel().tolist()}]
     samplers: list[dict] = []
     channels: list[dict] = []
     first = models[0][0][0]
@@ -139,7 +171,7 @@ def _add_scene(container: Container, models: list[tuple[tuple[int, ...], MorphTa
         nodes[0]["children"].append(switch)
         scale = [model.unit] * 3
         nodes.append({"name": f"frames {numbers[0]} to {numbers[-1]}", "children": [body]} | ({"scale": [0, 0, 0]} if index else {}))
-        nodes.append({"mesh": index, "translation": model.origin.tolist(), "scale": scale})
+        nodes.append({"mesh": index, "translation": (model.origin - center).tolist(), "scale": scale})
         if len(models) > 1:
             times, shown = _switched(switches, index)
             _animate(container, (samplers, channels), (switch, "scale"), (times, np.repeat(shown[:, None], 3, axis=1), "STEP"))

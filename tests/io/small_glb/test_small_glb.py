@@ -2,6 +2,7 @@ import json
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -105,8 +106,20 @@ def test_what_was_reached_is_told(tmp_path):
     _, groups = written(tmp_path / "reached.glb", torus_groups())
     assert [group.numbers for group in groups] == [(4, 5, 6), (8, 9)]
     assert all(group.error <= CHOICE.error for group in groups)
-    _, groups = written(tmp_path / "missed.glb", torus_groups(), SmallGlb(error=2e-3, triangles=(60,)))
-    assert groups[0].error > 2e-3
+
+
+def test_an_error_that_cannot_be_reached_is_refused_and_what_can_is_told(tmp_path):
+    with pytest.raises(RefMeshError, match=r"frames 4 to 6: an error of 0.2 % cannot be reached .* 60 triangles: allow [0-9.]+ %"):
+        written(tmp_path / "missed.glb", torus_groups(), SmallGlb(error=2e-3, triangles=(60,)))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_placement_turns_and_moves_everything(tmp_path):
+    placement = np.array([[0.0, 0, 1, 5], [1, 0, 0, 6], [0, 1, 0, 7], [0, 0, 0, 1]])
+    plain, _ = written(tmp_path / "plain.glb", torus_groups())
+    placed, _ = written(tmp_path / "placed.glb", torus_groups(), replace(CHOICE, placement=placement))
+    for time in (0.0, 4 / RATE):
+        np.testing.assert_allclose(placed.at(time)[0], plain.at(time)[0] @ placement[:3, :3].T + placement[:3, 3], atol=1e-9)
 
 
 def test_a_single_frame_is_a_plain_mesh(tmp_path):

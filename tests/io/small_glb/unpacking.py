@@ -141,7 +141,7 @@ class Glb:
         return unpacked_attributes(data, packed["count"], packed["byteStride"]).tobytes()
 
     def at(self, time):
-        """(vertices, triangles) of what is shown at a time, in the units of the scene."""
+        """(vertices, triangles) of what is shown at a time."""
         weights = {index: node.get("weights") for index, node in enumerate(self.json["nodes"])}
         scales = {index: node.get("scale", [1, 1, 1]) for index, node in enumerate(self.json["nodes"])}
         for animation in self.json.get("animations", []):
@@ -154,7 +154,9 @@ class Glb:
         shown = [index for index in self.json["nodes"][0]["children"] if scales[index][0] == 1]
         assert len(shown) == 1, f"{len(shown)} groups are shown at {time}"
         body = self.json["nodes"][shown[0]]["children"][0]
-        return self._mesh(self.json["nodes"][body], weights[body])
+        vertices, triangles = self._mesh(self.json["nodes"][body], weights[body])
+        place = np.array(self.json["nodes"][0]["matrix"]).reshape(4, 4).T
+        return vertices @ place[:3, :3].T + place[:3, 3], triangles
 
     def _mesh(self, node, weights):
         mesh = self.json["meshes"][node["mesh"]]

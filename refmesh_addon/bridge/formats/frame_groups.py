@@ -1,0 +1,44 @@
+"""The deformed frames of an export as arrays, group after group, as they are in the output folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+import numpy as np
+
+from ...io.ply import read_surface
+from ...io.refmesh_stream.writer import FrameGroup
+from ...io.report import read_report
+from .export import Export
+from .files import check_result
+
+
+def frame_rate() -> float:
+    """Frames per second of the scene."""
+    render = bpy.context.scene.render
+    return render.fps / render.fps_base
+
+
+def diagonal(export: Export) -> float:
+    """Of the bounding box of the whole sequence, scene units."""
+    return float(read_report(export.results)["bbox_diagonal"])
+
+
+def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
+    """The chosen frames of each group, read one group at a time.
+
+    by_scene_frame : whether frames have the numbers of the scene's frames, from which times follow, or those of their files.
+    A scene frame that holds the one before it has no frame of its own.
+    """
+    numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
+    paths = {frame["number"]: export.results / frame["deformed"] for frame in read_report(export.results)["frames"]}
+    for frames in export.choice.groups.values():
+        chosen = [frame for frame in frames if frame in numbers]
+        if not chosen:
+            continue
+        for frame in chosen:
+            check_result(paths[numbers[frame]])
+        meshes = [read_surface(paths[numbers[frame]]) for frame in chosen]
+        names = chosen if by_scene_frame else [numbers[frame] for frame in chosen]
+        yield FrameGroup(tuple(names), np.stack([mesh.vertices for mesh in meshes]), meshes[0].triangles)

@@ -1,0 +1,45 @@
+"""A compressed stream as objects that play: one Mesh Cache object for each group, shown in its own frames."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.types import TriangleMesh
+from ...io.files import output_folder
+from ...io.pc2 import write_pc2
+from ...io.refmesh_stream.reader import StreamReader
+from ...io.refmesh_stream.writer import FrameGroup
+from ..scene.meshes import fill_mesh
+from ..scene.objects import new_member, new_root
+from ..scene.playback import play_cache, show_only_between
+from .groups import deformed_material
+
+
+def import_stream(scene: bpy.types.Scene, path: Path, folder: Path, up_axis: str) -> bpy.types.Object:
+    """Adds the objects below a new root, which is returned; point caches go to the folder. The first frame is scene frame 1.
+
+    Raises RefMeshError for a file that is damaged or cannot be written.
+    """
+    reader = StreamReader(path)
+    target, stem = output_folder(folder), path.stem
+    starts = [entry.numbers[0] - reader.entries[0].numbers[0] + 1 for entry in reader.entries]
+    root = new_root(scene, stem, up_axis, 1.0)
+    for index, start in enumerate(starts):
+        group, last = reader.group(index), index + 1 == len(starts)
+        member = new_member(root, f"{stem}_group_{index:03d}", deformed_material())
+        fill_mesh(member.data, TriangleMesh(group.positions[0], group.triangles))
+        cache = target / f"{stem}_group_{index:03d}.pc2"
+        samples = _with_gaps_held(group)
+        write_pc2(cache, (group.positions[sample] for sample in samples), group.positions.shape[1], len(samples))
+        play_cache(member, cache, start)
+        show_only_between(member, start if index else None, None if last else starts[index + 1])
+    return root
+
+
+def _with_gaps_held(group: FrameGroup) -> np.ndarray:
+    """For every number from the first to the last frame of a group, the frame that is shown then: the one before, where one is missing."""
+    every = np.arange(group.numbers[0], group.numbers[-1] + 1)
+    return np.searchsorted(group.numbers, every, side="right") - 1

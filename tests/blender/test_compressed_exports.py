@@ -1,0 +1,87 @@
+"""The compressed exports: read back by Blender's own importer of glTF, and by the operators that decode and import streams."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import bpy
+import numpy as np
+import pytest
+
+from refmesh_addon.bridge.scene.meshes import read_positions
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.io.ply import read_surface
+from refmesh_addon.io.refmesh_stream.reader import StreamReader
+
+from .conftest import GROUPS, NUMBERS, place, reference
+
+needs_constriction = pytest.mark.skipif(not find_spec("constriction"), reason="the package 'constriction' is not installed")
+TOLERANCE = 0.02  # scene units; the ball is some 2 across
+
+
+def true_surface(index: int, number: int, upright: bool) -> SurfaceIndex:
+    """Of the ball in a frame, in the input's coordinates or turned upright as Blender shows it."""
+    mesh = reference(index)
+    x, y, z = place(mesh.vertices, number).T
+    return SurfaceIndex(mesh.moved(np.column_stack([x, -z, y] if upright else [x, y, z])))
+
+
+def world_positions(member: bpy.types.Object) -> np.ndarray:
+    evaluated = member.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    matrix = np.array(evaluated.matrix_world)
+    return read_positions(evaluated.data) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def test_a_small_glb_plays_in_blender_frame_by_frame(blender, solved, results):
+    blender.ops.refmesh.export(format="glb", glb_size="small", glb_error=0.1)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.import_scene.gltf(filepath=str(results / "export" / "ball.glb"))
+    bodies = sorted((item for item in bpy.data.objects if item.type == "MESH"), key=lambda item: int(item.parent.name.split()[1]))
+    for number in NUMBERS:
+        bpy.context.scene.frame_set(number - NUMBERS[0])
+        for index, numbers in enumerate(GROUPS):
+            positions = world_positions(bodies[index])
+            if number in numbers:
+                assert true_surface(index, number, upright=True).query(positions).distances.max() < TOLERANCE
+            else:
+                assert np.ptp(positions, axis=0).max() < 1e-6
+
+
+def test_a_small_glb_is_smaller(blender, solved, results):
+    sizes = []
+    for size in ("full", "small"):
+        blender.ops.refmesh.export(format="glb", glb_size=size, glb_error=0.1)
+        sizes.append((results / "export" / "ball.glb").stat().st_size)
+    assert sizes[1] < sizes[0]
+
+
+@needs_constriction
+def test_a_stream_comes_back_as_files_and_as_objects(blender, solved, results):
+    blender.ops.refmesh.export(format="refmesh", refmesh_quality="near_lossless")
+    path = results / "export" / "ball.refmesh"
+    assert [entry.numbers for entry in StreamReader(path).entries] == list(GROUPS)
+    blender.ops.refmesh.decode_stream(filepath=str(path), output=str(results / "decoded"))
+    for index, numbers in enumerate(GROUPS):
+        for number in numbers:
+            decoded = read_surface(results / "decoded" / f"frame_{number:04d}.ply")
+            assert true_surface(index, number, upright=False).query(decoded.vertices).distances.max() < TOLERANCE / 10
+    blender.ops.refmesh.import_stream(filepath=str(path))
+    members = [item for item in bpy.context.view_layer.objects.active.children if item.type == "MESH"]
+    assert len(members) == len(GROUPS) and (results / "export" / "ball").is_dir()
+    for number in NUMBERS:
+        bpy.context.scene.frame_set(number - NUMBERS[0] + 1)
+        for index, numbers in enumerate(GROUPS):
+            member = next(item for item in members if item.name.endswith(f"group_{index:03d}"))
+            assert member.hide_viewport == (number not in numbers)
+            if number in numbers:
+                member.hide_viewport = False
+                assert true_surface(index, number, upright=True).query(world_positions(member)).distances.max() < TOLERANCE / 10
+
+
+@needs_constriction
+def test_a_damaged_stream_is_refused_in_words(blender, tmp_path):
+    (tmp_path / "damaged.refmesh").write_bytes(b"\x8fRefMesh\x01\x00" + bytes(40))
+    with pytest.raises(RuntimeError, match="damaged.refmesh: was not written to its end"):
+        blender.ops.refmesh.decode_stream(filepath=str(tmp_path / "damaged.refmesh"))
+    with pytest.raises(RuntimeError, match="damaged.refmesh: was not written to its end"):
+        blender.ops.refmesh.import_stream(filepath=str(tmp_path / "damaged.refmesh"))
