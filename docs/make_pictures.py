@@ -1,7 +1,8 @@
 """Make the pictures of the documentation from the sample: `make pictures`.
 
 The sample is run with the standard settings, in build/pictures; a run that is there is taken up. Every frame is then drawn as
-four actors on one line: the input, the centers, the reference mesh of the frame's group, and the deformed mesh.
+four actors on one line: the input, the centers, the reference mesh of the frame's group, and the deformed mesh. The map of
+rooms is drawn as well.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+import rooms
 from mathutils import Matrix
 from PIL import Image
 from trimesh.creation import icosphere
@@ -34,7 +36,7 @@ PICTURES = ROOT / "docs" / "pictures"
 WORK = ROOT / "build" / "pictures"
 RESULT_COLOR = (0.10, 0.32, 0.60, 1.0)
 TITLES = (
-    "input: another mesh on every frame",
+    "input: a different mesh in every frame",
     "centers in its volume",
     "reference mesh: hand and ball apart",
     "result: one mesh that moves",
@@ -43,12 +45,13 @@ WIDTH = 1200  # pixels
 SHOWN = 150  # milliseconds for one frame of the animation
 QUALITY = 80  # of the pictures' compression
 GAP = 0.12  # between actors, as a share of the widest
-LINE = 0.016  # height of the words, as a share of the width
+LINE = 0.016  # height of the titles, as a share of the width
 LINES = 0.6  # pixels: thickness of the drawn edges
 
 
 def main() -> None:
     """Runs the sample and writes the pictures."""
+    rooms.main()
     out = WORK / "out"
     subprocess.run([sys.executable, str(ROOT / "headless" / "run.py"), str(SAMPLE), "--output", str(out), "--quiet"], check=True)
     report = read_report(out)

@@ -62,6 +62,14 @@ def test_words_of_the_panel_are_those_that_artists_read(page):
             assert word in settings | blenders or f'"{word}"' in sources, word
 
 
+def test_the_map_of_rooms_has_every_room():
+    """`make pictures` draws it anew."""
+    folders = [folder for package in ("core", "pipeline", "bridge") for folder in (ROOT / "refmesh_addon" / package).iterdir()]
+    rooms = {folder.name for folder in folders if (folder / "__init__.py").exists()}
+    drawn = set(re.findall(r">([a-z]+)</text>", (ROOT / "docs" / "pictures" / "rooms.svg").read_text()))
+    assert rooms <= drawn
+
+
 def test_pictures_are_small():
     assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix != ".md") < LARGEST
 
