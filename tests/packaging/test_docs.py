@@ -40,9 +40,11 @@ def test_modules_that_are_run_are_there(page):
 
 
 def test_options_of_the_command_line_are_there():
-    """An option is a setting, a property of an operator, or one that the script itself adds."""
+    """An option is a setting, a property of an operator, an option of an exported format, or one that the script itself adds."""
     sources = "".join(path.read_text() for path in [*ROOT.glob("headless/*.py"), *ROOT.glob("refmesh_addon/operators/*.py")])
     settings = {item.name for item in flat_fields()}
+    for path in (ROOT / "refmesh_addon" / "bridge" / "formats").glob("*.py"):
+        settings |= {f"export_{name}_{option}" for name in known_names(path) for option in declared_options(path)}
     page = (ROOT / "docs" / "headless.md").read_text()
     for option in re.findall(r"^\| .*?`--([a-z-]+)", page, flags=re.MULTILINE):
         name = option.removeprefix("no-").replace("-", "_")
@@ -55,11 +57,13 @@ def test_words_of_the_panel_are_those_that_artists_read(page):
     page = " ".join(page.read_text().split())
     sources = "".join(path.read_text() for path in (ROOT / "refmesh_addon").rglob("*.py"))
     settings = {item.metadata["label"] or item.name.replace("_", " ").title() for item in flat_fields()}
+    formats = (ROOT / "refmesh_addon" / "bridge" / "formats").glob("*.py")
+    settings |= {name.replace("_", " ").title() for path in formats for name in declared_options(path)}
     blenders = {"Edit", "Preferences", "Get Extensions", "Install from Disk", "File", "Import", "Add-ons"}
     blenders |= {"RefMesh", "Mesh Sequence (RefMesh)"}
     for label in re.findall(r"(?<!\*)\*([A-Z][^*]+)\*(?!\*)", page):
         for word in label.split(" > "):
-            assert word in settings | blenders or f'"{word}"' in sources, word
+            assert word in settings | blenders or f'"{word}"' in sources or f'"{word.lower()}": "' in sources, word
 
 
 def test_the_map_of_rooms_has_every_room():
@@ -72,6 +76,17 @@ def test_the_map_of_rooms_has_every_room():
 
 def test_pictures_are_small():
     assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix != ".md") < LARGEST
+
+
+def known_names(path: Path) -> list[str]:
+    """Names of the formats whose records are in a file."""
+    records = re.findall(r"\bFormat\(\s*\"([a-z0-9]+)\"|\breplace\(([A-Z]+),", path.read_text())
+    return [name or constant.lower() for name, constant in records]
+
+
+def declared_options(path: Path) -> list[str]:
+    """Names of the fields made by `option(...)` in a file."""
+    return re.findall(r"^    ([a-z_]+): \w+ = option\(", path.read_text(), flags=re.MULTILINE)
 
 
 def lines_of(path: Path) -> list[str]:
