@@ -13,6 +13,7 @@ from bpy.app.handlers import persistent
 from ..core.errors import RefMeshError
 from .results.heat_map import show_errors
 from .results.missing import missing_files
+from .results.visibility import is_seen
 from .sequence.raw_sequence import forget_frames, show_frame
 
 logger = logging.getLogger(__name__)
@@ -25,7 +26,8 @@ def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
     for member in scene.objects:
         if member.refmesh.frames and member.library is None:
             try:
-                show_frame(member, scene.frame_current)
+                if is_seen(member):
+                    show_frame(member, scene.frame_current)
                 if member.refmesh.heat_map:
                     show_errors(member, scene.frame_current)
             except RefMeshError as error:

@@ -36,10 +36,14 @@ class JobOperator(ShowingOperator):
 
     @reporting
     def execute(self, context):
+        from ..bridge.results.freshness import is_up_to_date
         from ..pipeline.process.client import WorkerProcess
 
         owner = sequence_object(context)
         spec = self._spec(owner.refmesh)
+        if self.resume and is_up_to_date(owner, self.until, spec.settings.to_flat(), spec.frames, absolute(spec.output)):
+            self.report({"INFO"}, "everything is up to date: nothing was computed, and the scene is as it was")
+            return {"FINISHED"}
         self.remember_sequence(owner)
         self._worker = WorkerProcess(spec, low_priority=not bpy.app.background)
         self._remember(owner.refmesh, spec)

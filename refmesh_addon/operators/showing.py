@@ -16,6 +16,7 @@ class ShowingOperator(ModalOperator, SequenceOperator):
     """Shows the contents of an output folder: at once in background mode, else in a modal operator that has been started."""
 
     _updates = None  # of the scene that remain, once there are any
+    _messages = ()  # that the updates returned
 
     def remember_sequence(self, owner):
         """Remembers the sequence by its session_uid, since an undo in between replaces all Python objects."""
@@ -39,17 +40,33 @@ class ShowingOperator(ModalOperator, SequenceOperator):
 
         with ThreadPoolExecutor(1) as thread:
             reading = thread.submit(read_results, self.results_folder(), known_frames(self.sequence()))
-            while not bpy.app.background and not reading.done():
+            while not bpy.app.background and (not reading.done() or self._is_being_edited()):
                 yield None
             results = reading.result()
         yield from scene_updates(results)
+
+    def _is_being_edited(self):
+        """Whether an object of the sequence is in a mode that holds a copy of its mesh, which would undo what is written now."""
+        owner = self.sequence()
+        return any(member.mode != "OBJECT" for member in bpy.data.objects if owner in (member, member.refmesh.sequence))
 
     def show_all(self):
         """Applies all updates at once."""
         for update in self.scene_updates():
             if update is not None:
-                update(self.sequence())
+                self._apply(update)
+        self._tell()
         return {"FINISHED"}
+
+    def _apply(self, update):
+        message = update(self.sequence())
+        if message and message not in self._messages:
+            self._messages = (*self._messages, message)
+
+    def _tell(self):
+        """Reports what the updates said, in one message."""
+        if self._messages:
+            self.report({"INFO"}, "; ".join(self._messages))
 
     def start_showing(self, context):
         """From now on `show_next` is to be called at every tick of the timer."""
@@ -64,11 +81,12 @@ class ShowingOperator(ModalOperator, SequenceOperator):
         try:
             for update in self._updates:
                 if update is not None:
-                    update(self.sequence())
+                    self._apply(update)
                 if update is None or time.monotonic() > until:
                     return {"PASS_THROUGH"}
         except BaseException:
             self.end_modal(context)
             raise
         self.end_modal(context)
+        self._tell()
         return {"FINISHED"}

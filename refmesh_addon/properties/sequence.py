@@ -9,7 +9,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from ..core.findings import CENTER_ATTRIBUTES
 from ..core.settings import STAGES
 from .settings import RefMeshSettings, title
-from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors
+from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors, switch_kinds
 
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
@@ -80,11 +80,20 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         name="Arrangement",
         description="Where centers, reference mesh and result stand beside the source",
         items=[
-            ("SIDE", "Side by Side", "Source, centers, reference mesh and result in a row"),
-            ("OVERLAY", "Overlaid", "All in one place, to compare them"),
+            ("OVERLAY", "In Place", "All where the source is; the switches say which are seen"),
+            ("SIDE", "Side by Side", "Source, centers, reference mesh and result in a row, all of them seen"),
         ],
         update=arrange_objects,
     )
+    show_source: BoolProperty(
+        name="Source",
+        description="Show and render the captured frames. Without RefMesh, a saved scene shows the frame it was saved with",
+        default=True,
+        update=switch_kinds,
+    )
+    show_centers: BoolProperty(name="Centers", description="Show and render the tracked centers", default=True, update=switch_kinds)
+    show_reference: BoolProperty(name="Reference", description="Show and render the reference meshes", default=True, update=switch_kinds)
+    show_result: BoolProperty(name="Result", description="Show and render the deformed meshes", default=True, update=switch_kinds)
     heat_map: BoolProperty(
         name="Show Errors",
         description="Color the deformed mesh by its distance to the source: dark for none, yellow for 0.2 % of the diagonal and more",

@@ -15,10 +15,19 @@ def go_to_finding(state, context):
 
 
 def arrange_objects(state, context):
-    """Places the objects side by side or on top of each other."""
+    """Places the objects side by side, all of them seen, or in one place, where only the result is."""
     from ..bridge.results.groups import arrange
+    from ..bridge.results.visibility import show_kinds
 
     arrange(state.id_data)
+    show_kinds(state.id_data, state.arrangement == "SIDE")
+
+
+def switch_kinds(state, context):
+    """Shows and hides source, centers, reference meshes and result."""
+    from ..bridge.results.visibility import switch_kinds
+
+    switch_kinds(state.id_data)
 
 
 def restyle_centers(state, context):

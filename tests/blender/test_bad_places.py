@@ -87,6 +87,7 @@ def test_an_object_as_input_names_the_disk(blender, request, disk, message):
 
 
 def test_a_cache_that_is_gone_is_named(blender, solved, results):
+    solved.refmesh.show_source = True
     shutil.rmtree(results / "playback")
     refused("export", "run the Deform step again", format="pc2")
     refused("export", "point cache|playback", format="glb")

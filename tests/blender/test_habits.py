@@ -30,9 +30,10 @@ def test_two_sequences_keep_apart(blender, frames, tmp_path):
     one, two = owners
     members = [{member for member in bpy.data.objects if member.refmesh.sequence == owner} for owner in owners]
     assert not members[0] & members[1] and len(members[0]) == len(members[1])
-    two.refmesh.heat_map, two.refmesh.arrangement, two.refmesh.center_color = True, "OVERLAY", "SPEED"
-    assert one.refmesh.groups[0].deformed.data.materials[0].name == "RefMesh Deformed"
-    assert one.refmesh.groups[0].deformed.location.x > 0 and one.refmesh.center_color == "PLACE"
+    two.refmesh.heat_map, two.refmesh.arrangement, two.refmesh.center_color = True, "SIDE", "SPEED"
+    assert "RefMesh Errors" not in one.refmesh.groups[0].deformed.modifiers
+    assert one.refmesh.groups[0].deformed.location.x == 0 < two.refmesh.groups[0].deformed.location.x
+    assert one.refmesh.center_color == "PLACE"
     assert len(blender.context.scene.timeline_markers) == 2 * len(GROUPS)
     blender.context.view_layer.objects.active = one
     blender.ops.refmesh.load_results()
@@ -43,6 +44,7 @@ def test_renamed_hidden_parented_and_scaled_it_still_plays_and_refreshes(blender
     state = solved.refmesh
     for number, member in enumerate((solved, state.root, state.centers, state.groups[0].deformed)):
         member.name = f"mine {number}"
+    state.show_source = True
     solved.hide_set(True)
     state.groups[0].deformed.hide_set(True)
     state.root.parent = bpy.data.objects.new("rig", None)
@@ -73,6 +75,7 @@ def test_taken_out_and_put_back_the_addon_goes_on(blender, solved):
     owner = next(member for member in bpy.data.objects if member.refmesh.frames)
     blender.context.view_layer.objects.active = owner
     blender.ops.refmesh.load_results()
+    owner.refmesh.show_source = True
     blender.context.scene.frame_set(10)
     assert owner.refmesh.shown == "10"
 

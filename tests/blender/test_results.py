@@ -19,12 +19,6 @@ def evaluated(member) -> np.ndarray:
     return read_positions(member.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
 
 
-def evaluated_clouds() -> list:
-    """The point clouds that a render would see."""
-    instances = bpy.context.evaluated_depsgraph_get().object_instances
-    return [instance.object.data for instance in instances if instance.object.type == "POINTCLOUD"]
-
-
 def group_of(number: int) -> int:
     return next(index for index, numbers in enumerate(GROUPS) if number in numbers)
 
@@ -53,15 +47,19 @@ def test_a_missing_number_holds_the_one_before(solved):
     np.testing.assert_array_equal(evaluated(solved.refmesh.groups[0].deformed), before)
 
 
-def test_centers_are_points_that_follow_their_cache(solved, results):
+def test_centers_are_spheres_that_follow_their_cache_and_keep_their_colors(solved, results):
     positions = np.load(results / "centers.npz")["positions"]
+    solved.refmesh.show_centers = True
     for row, number in enumerate(NUMBERS):
         bpy.context.scene.frame_set(number)
-        (cloud,) = evaluated_clouds()
-        read = np.empty(3 * CENTERS, dtype=np.float32)
-        cloud.attributes["position"].data.foreach_get("vector", read)
-        np.testing.assert_array_equal(read.reshape(-1, 3), positions[row].astype(np.float32))
-        assert "Col" in cloud.attributes and "radius" in cloud.attributes
+        mesh = solved.refmesh.centers.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        spheres = read_positions(mesh)[CENTERS:].reshape(CENTERS, -1, 3)  # after the vertices themselves
+        np.testing.assert_allclose(spheres.mean(axis=1), positions[row], atol=1e-5)
+        assert mesh.color_attributes.active_color_name == "Col"
+        colors = np.empty(4 * len(mesh.vertices), dtype=np.float32)
+        mesh.attributes["Col"].data.foreach_get("color", colors)
+        colors = colors.reshape(-1, 4)
+        np.testing.assert_allclose(colors[CENTERS:].reshape(CENTERS, -1, 4), np.broadcast_to(colors[:CENTERS, None], (CENTERS, 42, 4)))
 
 
 def test_the_group_of_the_current_frame_is_seen_at_once(blender, ball, results):
@@ -70,7 +68,38 @@ def test_the_group_of_the_current_frame_is_seen_at_once(blender, ball, results):
     assert [(group.deformed.hide_viewport, group.reference.hide_render) for group in ball.refmesh.groups] == [(False, False), (True, True)]
 
 
+def test_the_result_is_seen_in_place_of_the_source(solved):
+    """Seen is what renders too; every kind has a collection and a switch of its own."""
+    state = solved.refmesh
+    kinds = {"source": solved, "centers": state.centers, "reference": state.groups[0].reference, "result": state.groups[0].deformed}
+    collections = {kind: member.users_collection[0] for kind, member in kinds.items()}
+    assert [kind for kind in kinds if not collections[kind].hide_viewport] == ["result"]
+    assert len(set(collections.values())) == 4 and all(member.location.length == 0 for member in kinds.values())
+    for shown in (kinds, ["result"], ["source", "centers"], ["reference"], []):
+        for kind in kinds:
+            setattr(state, f"show_{kind}", kind in shown)
+        hidden = {kind: (collection.hide_viewport, collection.hide_render) for kind, collection in collections.items()}
+        assert hidden == {kind: (kind not in shown, kind not in shown) for kind in kinds}
+
+
+def test_each_step_shows_what_it_adds_and_then_leaves_the_switches_alone(blender, ball, results):
+    whole = (results / "report.json").read_text()
+    for change, shown in (
+        (lambda report: report.update(groups=[], frames=[]), {"source", "centers"}),
+        (lambda report: [report.update(frames=[])] + [group.pop("playback") for group in report["groups"]], {"reference"}),
+        (lambda report: None, {"result"}),
+    ):
+        (results / "report.json").write_text(whole)
+        edit_report(results, change)
+        blender.ops.refmesh.load_results(output=str(results))
+        assert {kind for kind in ("source", "centers", "reference", "result") if getattr(ball.refmesh, f"show_{kind}")} == shown
+    ball.refmesh.show_source = True
+    blender.ops.refmesh.load_results(output=str(results))
+    assert ball.refmesh.show_source and ball.refmesh.show_result and not ball.refmesh.show_centers
+
+
 def test_source_centers_reference_and_result_stand_side_by_side(solved):
+    solved.refmesh.arrangement = "SIDE"
     bpy.context.scene.frame_set(6)
     bpy.context.view_layer.update()
     group = solved.refmesh.groups[0]
@@ -84,11 +113,13 @@ def test_source_centers_reference_and_result_stand_side_by_side(solved):
 
 
 def test_one_switch_lays_everything_in_one_place(solved):
-    solved.refmesh.arrangement = "OVERLAY"
     group = solved.refmesh.groups[0]
     assert group.reference.location.x == group.deformed.location.x == solved.refmesh.centers.location.x == 0
     solved.refmesh.arrangement = "SIDE"
     assert 0 < solved.refmesh.centers.location.x < group.reference.location.x < group.deformed.location.x
+    assert all(getattr(solved.refmesh, f"show_{kind}") for kind in ("source", "centers", "reference", "result"))
+    solved.refmesh.arrangement = "OVERLAY"
+    assert group.deformed.location.x == 0 and not solved.refmesh.show_source
 
 
 def test_groups_are_named_markers_that_are_kept_up_to_date(blender, solved, results):
@@ -157,7 +188,7 @@ def test_broken_results_are_named(blender, ball, results, damage, message):
 def test_active_member_leads_to_its_sequence(blender, solved):
     from refmesh_addon.properties.selection import sequence_object
 
-    for member in bpy.data.collections["ball"].objects:
+    for member in bpy.data.collections["ball"].all_objects:
         blender.context.view_layer.objects.active = member
         assert sequence_object(blender.context) == solved
 

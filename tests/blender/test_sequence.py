@@ -30,10 +30,11 @@ def test_every_scene_frame_shows_the_file_of_its_number(ball, frames):
         np.testing.assert_array_equal(read_triangles(ball.data), expected.triangles)
 
 
-def test_objects_are_named_plainly_in_one_collection(ball):
+def test_objects_are_named_plainly_in_a_collection_for_each_kind(ball):
     root = ball.refmesh.root
     assert (root.name, ball.name, ball.parent) == ("ball", "ball source", root)
-    assert {member.name for member in bpy.data.collections["ball"].objects} == {"ball", "ball source"}
+    assert [member.name for member in bpy.data.collections["ball"].objects] == ["ball"]
+    assert {member.name for member in bpy.data.collections["ball"].all_objects} == {"ball", "ball source"}
     assert [frame.name for frame in ball.refmesh.frames] == [str(number) for number in NUMBERS]
 
 

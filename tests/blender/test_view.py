@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from refmesh_addon.bridge.results.center_colors import colors_by_number, colors_by_size
+from refmesh_addon.bridge.results.heat_map import ATTRIBUTE, MATERIAL_NAME
 from refmesh_addon.bridge.scene.meshes import COLOR_NAME
 from refmesh_addon.core.evaluation.error_scale import to_linear
 from refmesh_addon.core.findings import CENTER_ATTRIBUTES
@@ -15,9 +16,9 @@ from refmesh_addon.io.ply import read_colors, write_ply
 from .conftest import CENTERS, place, reference
 
 
-def colors(member: bpy.types.Object) -> np.ndarray:
+def colors(member: bpy.types.Object, name: str = COLOR_NAME) -> np.ndarray:
     flat = np.empty(4 * len(member.data.vertices), dtype=np.float32)
-    member.data.attributes[COLOR_NAME].data.foreach_get("color", flat)
+    member.data.attributes[name].data.foreach_get("color", flat)
     return flat.reshape(-1, 4)
 
 
@@ -32,7 +33,7 @@ def test_centers_take_the_colors_of_a_figure_and_say_what_they_mean(solved, choi
 
 
 def test_size_of_the_centers_is_a_factor(solved):
-    (radius,) = [node.inputs["Radius"] for node in _nodes(solved) if node.bl_idname == "GeometryNodeMeshToPoints"]
+    (radius,) = [node.inputs["Radius"] for node in _nodes(solved) if node.bl_idname == "GeometryNodeMeshIcoSphere"]
     before = radius.default_value
     solved.refmesh.center_size = 2.0
     assert radius.default_value == pytest.approx(2 * before)
@@ -85,16 +86,39 @@ def test_errors_follow_the_timeline(solved, results):
         shown = {9: 8, 99: 11}.get(number, number)
         expected = to_linear(read_colors(results / "deformed" / f"frame_{shown:04d}.ply") / 255.0)
         deformed = solved.refmesh.groups[index].deformed
-        np.testing.assert_allclose(colors(deformed), expected, atol=1e-6)
-        assert deformed.data.materials[0].name == "RefMesh Error"
+        np.testing.assert_allclose(colors(deformed, ATTRIBUTE), expected, atol=1e-6)
+        assert rendered_materials(deformed) == {MATERIAL_NAME}
     solved.refmesh.heat_map = False
-    assert all(group.deformed.data.materials[0].name == "RefMesh Deformed" for group in solved.refmesh.groups)
+    for number, group in zip((6, 11), solved.refmesh.groups):
+        bpy.context.scene.frame_set(number)
+        assert rendered_materials(group.deformed) == {"RefMesh Deformed"} and ATTRIBUTE not in group.deformed.data.attributes
+
+
+def rendered_materials(member: bpy.types.Object) -> set[str]:
+    """Names of the materials that faces of the evaluated object have."""
+    evaluated = member.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return {evaluated.data.materials[face.material_index].name for face in evaluated.data.polygons}
+
+
+def test_solid_views_color_by_attribute_while_there_are_colors_to_see(solved):
+    views = [space.shading for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D"]
+    shading = [item for item in views if item.color_type == "MATERIAL"]
+    assert shading
+    for switch in ("show_centers", "heat_map"):
+        setattr(solved.refmesh, switch, True)
+        assert {item.color_type for item in shading} == {"VERTEX"}
+        setattr(solved.refmesh, switch, False)
+        assert {item.color_type for item in shading} == {"MATERIAL"}
+    shading[0].color_type = "RANDOM"  # as a person has set it
+    solved.refmesh.heat_map = True
+    solved.refmesh.heat_map = False
+    assert shading[0].color_type == "RANDOM"
 
 
 def test_errors_stay_shown_when_results_are_loaded_again(blender, solved):
     solved.refmesh.heat_map = True
     blender.ops.refmesh.load_results()
-    assert solved.refmesh.heat_map and COLOR_NAME in solved.refmesh.groups[0].deformed.data.attributes
+    assert solved.refmesh.heat_map and ATTRIBUTE in solved.refmesh.groups[0].deformed.data.attributes
 
 
 def test_colors_of_a_file_without_them_are_refused(tmp_path):

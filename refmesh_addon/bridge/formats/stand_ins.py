@@ -13,8 +13,9 @@ import bpy
 
 from ...io.pc2 import read_pc2
 from ..results.groups import spans
+from ..scene.animation import key_between
 from ..scene.objects import remove_object
-from ..scene.playback import cache_path, key_between
+from ..scene.playback import cache_path
 from .choice import Choice
 
 SHOWN, GONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)

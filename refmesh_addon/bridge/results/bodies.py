@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.reference.marks import Marks, marks_as_text, parse_marks
+from ..scene.paths import absolute_path
 from ..sequence.raw_sequence import frame_at
 from .center_colors import set_attributes
 from .centers import deselect_centers, selected_centers
@@ -82,7 +82,7 @@ def _with_advice(function: Callable, *arguments):
 
 def _tracked(owner: bpy.types.Object) -> tuple[list[int], np.ndarray]:
     """Numbers of the tracked frames and (F, C, 3) centers in them."""
-    folder = Path(bpy.path.abspath(owner.refmesh.output))
+    folder = absolute_path(owner, owner.refmesh.output)
     centers = read_centers(folder)
     if centers["positions"].shape[1] != len(owner.refmesh.centers.data.vertices):
         raise RefMeshError(f"{folder}: its centers are not those of the scene; press Load Results first")

@@ -1,7 +1,7 @@
-"""Tracked centers as an animated point cloud that plays and renders without the add-on.
+"""Tracked centers as small spheres that play and render without the add-on.
 
-A vertex-only mesh takes the PC2 cache and Geometry Nodes turn its vertices into points: real point clouds cannot be
-filled from Python before Blender 5.1.
+A vertex-only mesh takes the PC2 cache and Geometry Nodes put a sphere on each of its vertices. Spheres of triangles rather than a point
+cloud: solid views color only meshes by an attribute.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from ..scene.playback import CACHE_NAME, play_cache
 from .center_colors import color_centers, set_attributes
 
 NODES_NAME = "RefMesh Points"
+SPHERE, SUBDIVISIONS = "GeometryNodeMeshIcoSphere", 2  # 80 triangles: round at the size that centers have
 RADIUS_SHARE = 0.25  # of the center spacing: points do not touch, and what lies behind them stays visible
 
 
@@ -37,7 +38,7 @@ def show_centers(
     """
     state = owner.refmesh
     if state.centers is None:
-        state.centers = new_member(state.root, f"{state.root.name} centers", _material())
+        state.centers = new_member(state.root, f"{state.root.name} centers", _material(), "centers")
         state.centers.refmesh.sequence = owner
         state.centers.show_in_front = True  # else hidden inside the source where all is in one place
     centers = state.centers
@@ -55,7 +56,7 @@ def restyle_centers(owner: bpy.types.Object) -> None:
     state = owner.refmesh
     if state.centers is not None:
         state.center_range = color_centers(state.centers, state.center_color, read_positions(state.centers.data))
-        _draw_as_points(state.centers, center_radius(owner), _material())
+        _draw_as_spheres(state.centers, center_radius(owner), _material())
 
 
 def center_radius(owner: bpy.types.Object) -> float:
@@ -90,23 +91,30 @@ def spacing(positions: np.ndarray) -> float:
     return float(np.median(nearest))
 
 
-def _draw_as_points(centers: bpy.types.Object, radius: float, material: bpy.types.Material) -> None:
-    modifier = centers.modifiers.get(NODES_NAME)
-    if modifier is None:
-        modifier = centers.modifiers.new(NODES_NAME, "NODES")
-        modifier.node_group = _points_nodes(centers.name, material)
+def _draw_as_spheres(centers: bpy.types.Object, radius: float, material: bpy.types.Material) -> None:
+    modifier = centers.modifiers.get(NODES_NAME) or centers.modifiers.new(NODES_NAME, "NODES")
+    if modifier.node_group is None or SPHERE not in {node.bl_idname for node in modifier.node_group.nodes}:
+        modifier.node_group = _sphere_nodes(centers.name, material)
     for node in modifier.node_group.nodes:
-        if node.bl_idname == "GeometryNodeMeshToPoints":
+        if node.bl_idname == SPHERE:
             node.inputs["Radius"].default_value = radius
 
 
-def _points_nodes(name: str, material: bpy.types.Material) -> bpy.types.GeometryNodeTree:
-    tree = bpy.data.node_groups.new(f"{name} points", "GeometryNodeTree")
+def _sphere_nodes(name: str, material: bpy.types.Material) -> bpy.types.GeometryNodeTree:
+    tree = bpy.data.node_groups.new(f"{name} spheres", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    chain = [tree.nodes.new(kind) for kind in ("NodeGroupInput", "GeometryNodeMeshToPoints", "GeometryNodeSetMaterial", "NodeGroupOutput")]
-    for column, (before, after) in enumerate(zip(chain, chain[1:], strict=False), start=1):
-        after.location.x = 200.0 * column
+    kinds = ("NodeGroupInput", "GeometryNodeInstanceOnPoints", "GeometryNodeRealizeInstances", "GeometryNodeJoinGeometry")
+    chain = [tree.nodes.new(kind) for kind in (*kinds, "GeometryNodeSetMaterial", "NodeGroupOutput")]
+    sphere = tree.nodes.new(SPHERE)
+    for column, node in enumerate(chain):
+        node.location.x = 200.0 * column
+    sphere.location = (0.0, -200.0)
+    sphere.inputs["Subdivisions"].default_value = SUBDIVISIONS
+    tree.links.new(sphere.outputs[0], chain[1].inputs["Instance"])
+    for before, after in zip(chain, chain[1:], strict=False):
         tree.links.new(before.outputs[0], after.inputs[0])
-    chain[2].inputs["Material"].default_value = material
+    # The vertices themselves come first: they say which color attribute is the active one. Blender puts the latest link in front.
+    tree.links.new(chain[0].outputs[0], chain[3].inputs[0])
+    chain[4].inputs["Material"].default_value = material
     return tree

@@ -6,11 +6,14 @@ from pathlib import Path
 
 import bpy
 
+from ...io.pc2 import read_pc2
 from ...io.preview import PreviewMesh
+from ..scene.geometry_update import Shape, update_geometry
 from ..scene.materials import DEFORMED_COLOR, REFERENCE_COLOR, plain_material
-from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, remove_object
 from ..scene.playback import play_cache, show_only_between
+
+COLUMNS = {"source": 0, "centers": 1, "reference": 2, "result": 3}  # of the row side by side
 
 
 def resize_groups(owner: bpy.types.Object, count: int) -> None:
@@ -24,21 +27,26 @@ def resize_groups(owner: bpy.types.Object, count: int) -> None:
         groups.add()
 
 
-def show_reference(owner: bpy.types.Object, index: int, mesh: PreviewMesh) -> None:
-    """Creates or updates the reference object of one group."""
+def show_reference(owner: bpy.types.Object, index: int, mesh: PreviewMesh) -> str:
+    """Creates or updates the reference object of one group. Returns what was carried to another topology."""
     group = owner.refmesh.groups[index]
     if group.reference is None:
-        group.reference = _new_group_object(owner, f"reference {index:03d}", plain_material("RefMesh Reference", REFERENCE_COLOR))
-    fill_mesh(group.reference.data, mesh)
+        material = plain_material("RefMesh Reference", REFERENCE_COLOR)
+        group.reference = _new_group_object(owner, f"reference {index:03d}", material, "reference")
+    return update_geometry(group.reference, Shape(mesh))
 
 
-def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache: Path) -> None:
-    """Creates or updates the deformed object of one group, which plays the PC2 file `cache` on the reference mesh."""
+def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache: Path) -> str:
+    """Creates or updates the deformed object of one group, which plays the PC2 file `cache` on the reference mesh.
+
+    Returns what was carried to another topology.
+    """
     group = owner.refmesh.groups[index]
     if group.deformed is None:
-        group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material())
-    fill_mesh(group.deformed.data, mesh)
+        group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material(), "result")
+    carried = update_geometry(group.deformed, Shape(mesh, next(read_pc2(cache))))
     play_cache(group.deformed, cache, group.start)
+    return carried
 
 
 def deformed_material() -> bpy.types.Material:
@@ -63,13 +71,18 @@ def show_in_turn(owner: bpy.types.Object, index: int) -> None:
 def arrange(owner: bpy.types.Object) -> None:
     """Source, centers, reference and result side by side along the root's x, or all in one place."""
     state = owner.refmesh
-    step = 0.0 if state.arrangement == "OVERLAY" else state.side_step
-    members = [(state.centers, 1), (state.trails, 1)]
+    members = [(state.centers, "centers"), (state.trails, "centers")]
     for group in state.groups:
-        members += [(group.reference, 2), (group.deformed, 3)]
-    for member, column in members:
+        members += [(group.reference, "reference"), (group.deformed, "result")]
+    for member, kind in members:
         if member is not None:
-            member.location = (column * step, 0.0, 0.0)
+            place(owner, member, COLUMNS[kind])
+
+
+def place(owner: bpy.types.Object, member: bpy.types.Object, column: int) -> None:
+    """Moves an object to its column of the row, or to the place of the source."""
+    state = owner.refmesh
+    member.location = (0.0 if state.arrangement == "OVERLAY" else column * state.side_step, 0.0, 0.0)
 
 
 def remove_deformed(owner: bpy.types.Object) -> None:
@@ -78,7 +91,8 @@ def remove_deformed(owner: bpy.types.Object) -> None:
         remove_object(group.deformed)
 
 
-def _new_group_object(owner: bpy.types.Object, label: str, material: bpy.types.Material) -> bpy.types.Object:
-    member = new_member(owner.refmesh.root, f"{owner.refmesh.root.name} {label}", material)
+def _new_group_object(owner: bpy.types.Object, label: str, material: bpy.types.Material, kind: str) -> bpy.types.Object:
+    member = new_member(owner.refmesh.root, f"{owner.refmesh.root.name} {label}", material, kind)
     member.refmesh.sequence = owner
+    place(owner, member, COLUMNS[kind])
     return member

@@ -12,24 +12,32 @@ from ...core.evaluation.error_scale import to_linear
 from ...io.ply import read_colors
 from ...io.report import deformed_path
 from ..scene.materials import attribute_material
-from ..scene.meshes import COLOR_NAME, set_colors
-from .groups import deformed_material
+from ..scene.meshes import set_colors
+from ..scene.overrides import override_material, remove_override
+from ..scene.paths import absolute_path
+from .visibility import switch_kinds
 
-MATERIAL_NAME = "RefMesh Error"
+MATERIAL_NAME = "RefMesh Errors"  # another one, on "Col", is of the preview
+ATTRIBUTE = "RefMesh Error"  # color attribute of the deformed meshes while their errors are shown
+ACTIVE_BEFORE = "refmesh_active_color"  # custom property of the mesh: the color attribute that was active before
 _LINEAR = to_linear(np.arange(256) / 255.0)
 
 
 def switch_heat_map(owner: bpy.types.Object) -> None:
-    """Gives the deformed meshes the colors of their errors, or their plain color, as `owner.refmesh.heat_map` says."""
+    """Shows the errors as color on the deformed meshes, or what they look like otherwise, as `owner.refmesh.heat_map` says.
+
+    A modifier gives the evaluated mesh another material, so that material slots and the assignment of faces stay as they are.
+    """
     state = owner.refmesh
-    material = attribute_material(MATERIAL_NAME, COLOR_NAME) if state.heat_map else deformed_material()
-    for group in state.groups:
-        if group.deformed is not None:
-            group.deformed.data.materials.clear()
-            group.deformed.data.materials.append(material)
     state.heat_map_frame = ""
     if state.heat_map:
         show_errors(owner, owner.users_scene[0].frame_current)
+    for group in state.groups:
+        if group.deformed is not None and state.heat_map:
+            override_material(group.deformed, attribute_material(MATERIAL_NAME, ATTRIBUTE))
+        elif group.deformed is not None:
+            _remove_errors(group.deformed)
+    switch_kinds(owner)
 
 
 def show_errors(owner: bpy.types.Object, scene_frame: int) -> None:
@@ -43,11 +51,29 @@ def show_errors(owner: bpy.types.Object, scene_frame: int) -> None:
     if frame.name == state.heat_map_frame:
         return
     group = max((item for item in state.groups if item.start <= frame.scene_frame), key=lambda item: item.start)
-    colors = read_error_colors(Path(bpy.path.abspath(state.output)) / deformed_path(int(frame.name)))
+    colors = read_error_colors(absolute_path(owner, state.output) / deformed_path(int(frame.name)))
     if group.deformed is None or len(colors) != len(group.deformed.data.vertices):
         raise RefMeshError(f"frame {frame.name}: its errors are those of another mesh; run Measure Distance again")
-    set_colors(group.deformed.data, colors)
+    _show_on(group.deformed.data, colors)
     state.heat_map_frame = frame.name
+
+
+def _show_on(mesh: bpy.types.Mesh, colors: np.ndarray) -> None:
+    """Writes the colors and makes them the active ones, which solid views show."""
+    if ATTRIBUTE not in mesh.attributes:
+        mesh[ACTIVE_BEFORE] = mesh.color_attributes.active_color_name
+    set_colors(mesh, colors, ATTRIBUTE)
+    mesh.color_attributes.active_color = mesh.color_attributes[ATTRIBUTE]
+
+
+def _remove_errors(member: bpy.types.Object) -> None:
+    remove_override(member)
+    mesh = member.data
+    if ATTRIBUTE in mesh.attributes:
+        mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
+        before = mesh.color_attributes.get(mesh.pop(ACTIVE_BEFORE, ""))
+        if before is not None:
+            mesh.color_attributes.active_color = before
 
 
 def read_error_colors(path: Path) -> np.ndarray:

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ...core.settings import STAGES, flat_fields
-from ...io.frame_range import format_selection, parse_ranges
+from ...io.frame_range import format_ranges, format_selection, parse_ranges
 from ..scene.markers import show_markers
+from ..scene.paths import absolute_path, stored_path
 from .centers import show_centers
+from .freshness import fingerprint
 from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
-from .heat_map import switch_heat_map
 from .reading import Results
 from .status import used_settings
+from .visibility import present_kinds, show_newest
 
 SIDE_STEP = 1.25  # distance of source, centers, reference and result, in widths of the whole motion: they never overlap
 
-SceneUpdate = Callable[[bpy.types.Object], None]
+SceneUpdate = Callable[[bpy.types.Object], str | None]  # may return what a person is to be told
 
 
 def known_frames(owner: bpy.types.Object) -> dict[int, int]:
@@ -33,18 +34,22 @@ def scene_updates(results: Results) -> Iterator[SceneUpdate]:
 
     Each takes the sequence object, which the caller looks up anew every time, since an undo in between replaces it.
     """
-    groups = results.report["groups"]
+    groups, before, carried = results.report["groups"], set(), {}
+    yield lambda owner: before.update(present_kinds(owner))
+    yield lambda owner: _set_side_step(owner, results)
     yield lambda owner: _show_centers(owner, results)
     yield lambda owner: resize_groups(owner, len(groups))
     for index, group in enumerate(groups):
-        yield partial(_show_reference, results=results, index=index)
+        yield partial(_show_reference, results=results, index=index, carried=carried)
         if group.get("playback"):
-            yield partial(_show_deformed, results=results, index=index)
+            yield partial(_show_deformed, results=results, index=index, carried=carried)
     if not all(group.get("playback") for group in groups):
         yield remove_deformed
     yield from (partial(show_in_turn, index=index) for index in range(len(groups)))
     yield lambda owner: _update_state(owner, results)
+    yield lambda owner: show_newest(owner, before)
     yield _show_current_frame
+    yield lambda _: _carried_message(carried)
 
 
 def _show_centers(owner: bpy.types.Object, results: Results) -> None:
@@ -54,13 +59,34 @@ def _show_centers(owner: bpy.types.Object, results: Results) -> None:
     show_centers(owner, results.positions[0], cache, first, results.spacing, results.attributes)
 
 
-def _show_reference(owner: bpy.types.Object, results: Results, index: int) -> None:
+def _set_side_step(owner: bpy.types.Object, results: Results) -> None:
+    """Objects that stand side by side are placed anew where their distance has changed; those that were moved by hand stay otherwise."""
+    state, step = owner.refmesh, SIDE_STEP * float(np.ptp(results.positions[..., 0]))
+    if not np.isclose(state.side_step, step):
+        state.side_step = step
+        if state.arrangement == "SIDE":
+            arrange(owner)
+
+
+def _show_reference(owner: bpy.types.Object, results: Results, index: int, carried: dict[str, list[int]]) -> None:
     owner.refmesh.groups[index].start = known_frames(owner)[results.report["groups"][index]["frames"][0]]
-    show_reference(owner, index, results.meshes[index])
+    _note(carried, show_reference(owner, index, results.meshes[index]), index)
 
 
-def _show_deformed(owner: bpy.types.Object, results: Results, index: int) -> None:
-    show_deformed(owner, index, results.meshes[index], results.folder / results.report["groups"][index]["playback"])
+def _show_deformed(owner: bpy.types.Object, results: Results, index: int, carried: dict[str, list[int]]) -> None:
+    cache = results.folder / results.report["groups"][index]["playback"]
+    _note(carried, show_deformed(owner, index, results.meshes[index], cache), index)
+
+
+def _note(carried: dict[str, list[int]], kinds: str, index: int) -> None:
+    if kinds and index not in carried.setdefault(kinds, []):
+        carried[kinds].append(index)
+
+
+def _carried_message(carried: dict[str, list[int]]) -> str:
+    """What a person is told after the topology of some groups has changed; "" when none has, or nothing was on their objects."""
+    parts = [f"{kinds} of {'group' if len(indices) == 1 else 'groups'} {format_ranges(indices)}" for kinds, indices in carried.items()]
+    return f"the topology has changed: carried over by nearest surface were {'; '.join(parts)}" if parts else ""
 
 
 def _show_current_frame(owner: bpy.types.Object) -> None:
@@ -71,10 +97,8 @@ def _show_current_frame(owner: bpy.types.Object) -> None:
 
 def _update_state(owner: bpy.types.Object, results: Results) -> None:
     state, report = owner.refmesh, results.report
-    if Path(bpy.path.abspath(state.output)) != results.folder:
-        state.output = str(results.folder)
-    state.side_step = SIDE_STEP * float(np.ptp(results.positions[..., 0]))
-    arrange(owner)
+    if absolute_path(owner, state.output) != results.folder:
+        state.output = stored_path(results.folder)
     show_markers(owner, [group["frames"] for group in report["groups"]])
     measured = {str(frame["number"]): frame["source_to_deformed"]["mean"] for frame in report["frames"] if frame.get("source_to_deformed")}
     for frame in state.frames:
@@ -86,11 +110,11 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
     known = {setting.name for setting in flat_fields()}
     settings = {name: value for name, value in report["settings"].items() if name in known}
     state.frame_selection = _selection(state, report["sequence"]["numbers"])
-    state.results = used_settings(state, report["seconds"], settings)
+    state.results = used_settings(state, report["seconds"], settings, fingerprint(owner, results.folder))
     state.settings.assign(settings)
     state.missing = ""
-    state.heat_map = state.heat_map and bool(measured)
-    switch_heat_map(owner)
+    if state.heat_map:
+        state.heat_map = bool(measured)  # draws the errors anew
     state.done = {stage for stage, is_reached in zip(STAGES, reached, strict=True) if is_reached}
 
 

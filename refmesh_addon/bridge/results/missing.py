@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import bpy
 
 from ...io.report import REPORT_NAME
+from ..scene.paths import absolute_path
 from ..scene.playback import CACHE_NAME, cache_path
 
 
 def missing_files(owner: bpy.types.Object) -> str:
     """Says which file that a sequence needs is missing, and what to do; "" when none is."""
     state = owner.refmesh
-    first = _absolute(state.frames[0].path)
+    first = absolute_path(owner, state.frames[0].path)
     if not first.is_file():
         return f"the frames are not in {first.parent}: move them back, or import the sequence from where they are"
     if not state.done:
         return ""
-    needed = [_absolute(state.output) / REPORT_NAME]
+    needed = [absolute_path(owner, state.output) / REPORT_NAME]
     members = [state.centers, *(group.deformed for group in state.groups)]
     needed += [cache_path(member) for member in members if member is not None and CACHE_NAME in member.modifiers]
     missing = next((path for path in needed if not path.is_file()), None)
     return f"{missing} is missing: choose its folder as Output and press Load Results, or run the steps again" if missing else ""
-
-
-def _absolute(path: str) -> Path:
-    return Path(bpy.path.abspath(path))

@@ -19,15 +19,16 @@ class StepStatus:
     seconds: float = 0.0
 
 
-def used_settings(state, seconds: dict[str, float], settings: dict[str, object]) -> str:
+def used_settings(state, seconds: dict[str, float], settings: dict[str, object], inputs: str = "") -> str:
     """How results were computed, as JSON for `state.results`.
 
-    seconds : of each step in the last run. A step whose results came from the cache keeps its earlier time.
+    inputs : `freshness.fingerprint` of them.  seconds : of each step in the last run. A step whose results came from the cache
+    keeps its earlier time.
     """
     before = _results(state)
-    same = [name for name in seconds if _first_change(before, name, settings, state.frame_selection) == "" and name in state.done]
+    same = [name for name in seconds if first_change(before, name, settings, state.frame_selection) == "" and name in state.done]
     kept = {name: max(seconds[name], before["seconds"].get(name, 0.0)) if name in same else seconds[name] for name in seconds}
-    return json.dumps({"settings": settings, "frames": state.frame_selection, "seconds": kept})
+    return json.dumps({"settings": settings, "frames": state.frame_selection, "seconds": kept, "inputs": inputs})
 
 
 def step_status(state, stage: str) -> StepStatus:
@@ -35,7 +36,7 @@ def step_status(state, stage: str) -> StepStatus:
     if stage not in state.done:
         return StepStatus("never", "not run yet")
     results = _results(state)
-    change = _first_change(results, stage, state.settings.to_flat(), state.frame_selection)
+    change = first_change(results, stage, state.settings.to_flat(), state.frame_selection)
     if change:
         return StepStatus("stale", f"stale: {change}", results["seconds"].get(stage, 0.0))
     return StepStatus("current", "up to date", results["seconds"].get(stage, 0.0))
@@ -53,7 +54,7 @@ def _results(state) -> dict:
     return json.loads(state.results) if state.results else {"settings": {}, "frames": "", "seconds": {}}
 
 
-def _first_change(results: dict, stage: str, settings: dict[str, object], frames: str) -> str:
+def first_change(results: dict, stage: str, settings: dict[str, object], frames: str) -> str:
     """Describes the first difference in what a stage or one before it depends on; "" when there is none."""
     if results["frames"] != frames:
         return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...io.pc2 import read_pc2
 from ..scene.materials import plain_material
-from ..scene.objects import remove_object
+from ..scene.objects import kind_collection, remove_object
 from ..scene.playback import cache_path
 from .centers import selected_centers
 
@@ -33,7 +33,7 @@ def show_trails(owner: bpy.types.Object, radius: float) -> int:
         spline.points.add(len(path) - 1)
         spline.points.foreach_set("co", np.column_stack([path, np.ones(len(path))]).astype(np.float32).ravel())
     state.trails = bpy.data.objects.new(curve.name, curve)
-    state.root.users_collection[0].objects.link(state.trails)
+    kind_collection(state.root, "centers").objects.link(state.trails)
     state.trails.parent, state.trails.refmesh.sequence = state.root, owner
     state.trails.location, state.trails.show_in_front = state.centers.location, True
     return len(chosen)

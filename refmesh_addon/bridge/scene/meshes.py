@@ -12,7 +12,7 @@ COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colors; Cycles does
 
 
 def fill_mesh(target: bpy.types.Mesh, mesh: TriangleMesh | PreviewMesh) -> None:
-    """Replaces the geometry of `target` by that of `mesh`; materials stay.
+    """Replaces the geometry of `target` by that of `mesh`; materials stay, attributes go.
 
     Vertices and triangles keep their order; Blender stores positions as float32 and shades the surface smooth.
     """
@@ -38,16 +38,26 @@ def _set(target: bpy.types.Mesh, attribute: str, indices: np.ndarray) -> None:
 
 
 def fill_points(target: bpy.types.Mesh, positions: np.ndarray) -> None:
-    """Replaces the geometry of `target` by loose vertices at (C, 3) positions."""
-    target.clear_geometry()
-    _add_vertices(target, positions)
+    """Loose vertices at (C, 3) positions as the geometry of `target`; as many as before are moved and keep their attributes."""
+    if len(target.vertices) == len(positions):
+        if np.array_equal(read_positions(target), positions.astype(np.float32)):
+            return
+        set_positions(target, positions)
+    else:
+        target.clear_geometry()
+        _add_vertices(target, positions)
     target.update()
 
 
 def _add_vertices(target: bpy.types.Mesh, positions: np.ndarray) -> None:
     target.vertices.add(len(positions))
+    set_positions(target, positions)
+
+
+def set_positions(target: bpy.types.Mesh, positions: np.ndarray) -> None:
+    """Moves the vertices to (V, 3) positions."""
     # Through the attribute: some hundred times faster than through vertices.co.
-    target.attributes["position"].data.foreach_set("vector", positions.astype(np.float32).ravel())
+    target.attributes["position"].data.foreach_set("vector", np.ascontiguousarray(positions, dtype=np.float32).ravel())
 
 
 def read_positions(source: bpy.types.Mesh) -> np.ndarray:
@@ -57,7 +67,7 @@ def read_positions(source: bpy.types.Mesh) -> np.ndarray:
     return flat.reshape(-1, 3)
 
 
-def set_colors(target: bpy.types.Mesh, colors: np.ndarray) -> None:
-    """Writes (V, 4) colors, linear, 0 to 1, as vertex colors."""
-    attribute = target.attributes.get(COLOR_NAME) or target.attributes.new(COLOR_NAME, "FLOAT_COLOR", "POINT")
+def set_colors(target: bpy.types.Mesh, colors: np.ndarray, name: str = COLOR_NAME) -> None:
+    """Writes (V, 4) colors, linear, 0 to 1, as vertex colors called `name`."""
+    attribute = target.attributes.get(name) or target.attributes.new(name, "FLOAT_COLOR", "POINT")
     attribute.data.foreach_set("color", colors.astype(np.float32).ravel())

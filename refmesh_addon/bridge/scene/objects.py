@@ -18,6 +18,10 @@ ROOT_ROTATION = {
 }
 
 
+KIND = "refmesh_kind"  # custom property of a collection that holds one kind of objects
+KINDS = ("source", "centers", "reference", "result")
+
+
 def new_root(scene: bpy.types.Scene, name: str, up_axis: str, unit: float) -> bpy.types.Object:
     """A collection called `name` in the scene and the root Empty in it. unit : scene units in one unit of the files."""
     collection = bpy.data.collections.new(name)
@@ -29,13 +33,34 @@ def new_root(scene: bpy.types.Scene, name: str, up_axis: str, unit: float) -> bp
     return root
 
 
-def new_member(root: bpy.types.Object, name: str, material: bpy.types.Material) -> bpy.types.Object:
-    """A mesh object without geometry in the root's collection, parented to the root."""
+def kind_collection(root: bpy.types.Object, kind: str) -> bpy.types.Collection:
+    """The collection of one of KINDS beside the root; it is created where there is none yet."""
+    parent = root.users_collection[0]
+    existing = next((child for child in parent.children_recursive if child.get(KIND) == kind), None)
+    if existing is not None:
+        return existing
+    collection = bpy.data.collections.new(f"{root.name} {kind}")
+    collection[KIND] = kind
+    parent.children.link(collection)
+    return collection
+
+
+def move_to_kind(member: bpy.types.Object, root: bpy.types.Object, kind: str) -> None:
+    """Moves an object that is beside the root, as in scenes of earlier versions, to the collection of its kind."""
+    parent = root.users_collection[0]
+    if member.name in parent.objects:
+        kind_collection(root, kind).objects.link(member)
+        parent.objects.unlink(member)
+
+
+def new_member(root: bpy.types.Object, name: str, material: bpy.types.Material, kind: str) -> bpy.types.Object:
+    """A mesh object without geometry in the collection of its kind, parented to the root."""
     mesh = bpy.data.meshes.new(name)
     mesh.materials.append(material)
     member = bpy.data.objects.new(name, mesh)
-    root.users_collection[0].objects.link(member)
+    kind_collection(root, kind).objects.link(member)
     member.parent = root
+    member.color = material.diffuse_color  # in solid views that show attributes, where the mesh has none
     return member
 
 
@@ -48,13 +73,6 @@ def remove_object(member: bpy.types.Object | None) -> None:
     bpy.data.objects.remove(member)
     if isinstance(mesh, bpy.types.Mesh) and not mesh.users:
         bpy.data.meshes.remove(mesh)
-    _remove_unused(actions)
-
-
-def clear_animation(target: bpy.types.Object) -> None:
-    """Removes all keyframes of an object, and its action where nothing else uses it."""
-    actions = _actions_of(target)
-    target.animation_data_clear()
     _remove_unused(actions)
 
 

@@ -16,6 +16,7 @@ from ...io.sequence import Sequence, timeline_frame
 from ..scene.materials import SOURCE_COLOR, plain_material
 from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, new_root
+from ..scene.paths import absolute_path, stored_path
 
 MEGABYTE = 2**20
 MEMORY_BUDGET = 512 * MEGABYTE  # until the preferences say otherwise; about 80 frames of 100k vertices
@@ -50,11 +51,11 @@ def new_sequence(
     The root alone carries axis and unit: data and results stay in the coordinates of the files.
     """
     root = new_root(scene, name, up_axis, unit)
-    owner = new_member(root, f"{name} source", plain_material("RefMesh Source", SOURCE_COLOR))
+    owner = new_member(root, f"{name} source", plain_material("RefMesh Source", SOURCE_COLOR), "source")
     root.refmesh.sequence, owner.refmesh.root = owner, root
     for frame in sequence.frames:
         item = owner.refmesh.frames.add()
-        item.name, item.path, item.scene_frame = str(frame.number), str(frame.path), timeline_frame(sequence, frame.number)
+        item.name, item.path, item.scene_frame = str(frame.number), stored_path(frame.path), timeline_frame(sequence, frame.number)
     fill_mesh(owner.data, first)
     owner.refmesh.shown = owner.refmesh.frames[0].name
     return owner
@@ -75,5 +76,5 @@ def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
     """
     frame = frame_at(owner, scene_frame)
     if frame.name != owner.refmesh.shown:
-        fill_mesh(owner.data, read_frame(bpy.path.abspath(frame.path), bpy.path.abspath(owner.refmesh.output)))
+        fill_mesh(owner.data, read_frame(absolute_path(owner, frame.path), absolute_path(owner, owner.refmesh.output)))
         owner.refmesh.shown = frame.name

@@ -1,0 +1,60 @@
+"""Keyframes of single properties; those of other properties, which a person may have added, stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+
+Span = tuple[int | None, int | None]
+
+
+def key_only_between(target: bpy.types.Object, attribute: str, span: Span, inside: object, outside: object) -> None:
+    """Keyframes an attribute as `key_between` does, in place of other keyframes of it; does nothing where they are the same already."""
+    wanted = [(float(frame), float(value)) for frame, value in _keys(span, inside, outside)]
+    present = [tuple(point.co) for curve in _curves(target, attribute) for point in curve.keyframe_points]
+    if present == wanted:
+        return
+    for curve in list(_curves(target, attribute)):
+        _remove(target, curve)
+    key_between(target, attribute, span, inside, outside)
+
+
+def key_between(target: bpy.types.Object | bpy.types.ShapeKey, attribute: str, span: Span, inside: object, outside: object) -> None:
+    """Keyframes an attribute to `inside` from scene frame `span[0]` up to, not including, `span[1]`; None is unbounded.
+
+    Keys are on consecutive frames, so that the interpolation mode does not matter.
+    """
+    setattr(target, attribute, inside)
+    for scene_frame, value in _keys(span, inside, outside):
+        setattr(target, attribute, value)
+        target.keyframe_insert(attribute, frame=scene_frame)
+
+
+def _keys(span: Span, inside: object, outside: object) -> list[tuple[int, object]]:
+    first, end = span
+    keys = [(first - 1, outside), (first, inside)] if first is not None else []
+    return keys + ([(end - 1, inside), (end, outside)] if end is not None else [])
+
+
+def _curves(target: bpy.types.Object, attribute: str) -> Iterator[bpy.types.FCurve]:
+    for holder in _holders(target):
+        yield from (curve for curve in holder if curve.data_path == attribute)
+
+
+def _remove(target: bpy.types.Object, curve: bpy.types.FCurve) -> None:
+    for holder in _holders(target):
+        if any(candidate == curve for candidate in holder):
+            holder.remove(curve)
+            return
+
+
+def _holders(target: bpy.types.Object) -> list:
+    """The lists of curves of an object's action: one for each strip of its slot, the action's own before Blender 4.4."""
+    data = target.animation_data
+    if data is None or data.action is None:
+        return []
+    if not hasattr(data, "action_slot"):
+        return [data.action.fcurves]
+    bags = [strip.channelbag(data.action_slot) for layer in data.action.layers for strip in layer.strips] if data.action_slot else []
+    return [bag.fcurves for bag in bags if bag is not None]
