@@ -12,6 +12,8 @@ from typing import Any
 from .errors import RefMeshError
 from .options import StageSettings, check_value, option
 
+SIZES = ("512", "1024", "2048", "4096", "8192")  # of textures
+
 
 @dataclass(frozen=True)
 class TrackingSettings(StageSettings):
@@ -168,6 +170,25 @@ class EvaluationSettings(StageSettings):
 
 
 @dataclass(frozen=True)
+class ColorSettings(StageSettings):
+    """The colors of the capture on one layout per reference mesh."""
+
+    texture: str = option(
+        "auto",
+        "Side of the textures in pixels; auto takes the size of the capture's own pictures",
+        choices={"auto": "As large as the capture's pictures", "off": "No color", **{size: f"{size} x {size} pixels" for size in SIZES}},
+    )
+    exposure: str = option(
+        "keep",
+        "Whether changes of exposure over the take are evened out",
+        choices={"keep": "As captured", "even": "One gain per frame and channel; the report lists them"},
+    )
+    texture_format: str = option(
+        "png", "Files of the texture sequence", choices={"png": "Lossless", "jpeg": "A fifth of the size, with slight artifacts"}
+    )
+
+
+@dataclass(frozen=True)
 class Settings:
     """All settings, one frozen dataclass per stage."""
 
@@ -175,6 +196,7 @@ class Settings:
     reference: ReferenceSettings = ReferenceSettings()
     deformation: DeformationSettings = DeformationSettings()
     evaluation: EvaluationSettings = EvaluationSettings()
+    color: ColorSettings = ColorSettings()
 
     def to_flat(self) -> dict[str, object]:
         """name -> value over all stages; names are unique."""

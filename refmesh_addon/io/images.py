@@ -76,12 +76,19 @@ def _gray(values: np.ndarray, factor: int) -> np.ndarray:
     return np.repeat(channel[:, :, None], 3, axis=2)
 
 
-def write_image(path: str | Path, pixels: np.ndarray) -> None:
-    """(H, W, 3) or (H, W) uint8 as PNG or JPEG, by the extension; the same pixels give the same bytes."""
+def encoded(pixels: np.ndarray, extension: str) -> bytes:
+    """(H, W, 3) or (H, W) uint8, first row at the top, as ".png" or ".jpg"; the same pixels give the same bytes."""
     from PIL import Image
 
-    path = Path(path)
-    jpeg = path.suffix.lower() in (".jpg", ".jpeg")
+    jpeg = extension.lower() in (".jpg", ".jpeg")
     options = {"quality": JPEG_QUALITY, "subsampling": 0} if jpeg else {"compress_level": PNG_EFFORT}
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "JPEG" if jpeg else "PNG", **options)
+    return file.getvalue()
+
+
+def write_image(path: str | Path, pixels: np.ndarray) -> None:
+    """A picture as PNG or JPEG, by the extension. Raises RefMeshError when the file cannot be written."""
+    data = encoded(pixels, Path(path).suffix)
     with atomic_file(path) as file:
-        Image.fromarray(pixels).save(file, "JPEG" if jpeg else "PNG", **options)
+        file.write(data)

@@ -16,7 +16,8 @@ from .files import write_json
 from .sequence import Sequence
 
 SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not raise it
-REPORT_NAME, DEFORMED_FOLDER = "report.json", "deformed"  # in the output folder
+REPORT_NAME = "report.json"
+DEFORMED_FOLDER, TEXTURE_FOLDER, COLORED_FOLDER = "deformed", "texture", "colored"  # in the output folder
 PACKAGES = ("numpy", "scipy", "trimesh", "pillow", "xatlas", "constriction", "pymeshlab")
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
@@ -28,6 +29,8 @@ class GroupReport:
     frames : numbers.  anchor : number.  reference, playback : paths relative to the output folder; playback is None until
     the group is deformed.  iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
     frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
+    layout : path of the texture layout, texture : of the steady texture; layout_charts, layout_stretch (1 is none), layout_area : its
+    figures; all None without color.
     left_out : numbers of frames that do not count for the surface.  handover : from the next group's first deformed frame to
     this group's mesh deformed to that frame; None for the last group and until it is evaluated.
     """
@@ -48,6 +51,11 @@ class GroupReport:
     playback: str | None = None
     left_out: tuple[int, ...] = ()
     handover: Distances | None = None
+    layout: str | None = None
+    texture: str | None = None
+    layout_charts: int | None = None
+    layout_stretch: float | None = None
+    layout_area: float | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,9 @@ class FrameReport:
     the source.  held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : dB.
+    texture, texture_mask : paths of the frame's picture and of the mask of what it shows of the capture; colored : path of the mesh with
+    vertex colors; gain : of the exposure, per channel.  filled : share of the texels that other frames have filled.
+    color_psnr, color_ssim : of unlit pictures against the source, dB; picture_psnr, picture_ssim : with outlines and background.
     """
 
     number: int
@@ -72,6 +83,15 @@ class FrameReport:
     unseen: float | None = None
     d1_psnr: float | None = None
     d2_psnr: float | None = None
+    texture: str | None = None
+    texture_mask: str | None = None
+    colored: str | None = None
+    gain: tuple[float, ...] | None = None
+    filled: float | None = None
+    color_psnr: float | None = None
+    color_ssim: float | None = None
+    picture_psnr: float | None = None
+    picture_ssim: float | None = None
 
 
 @dataclass

@@ -15,12 +15,14 @@ class TextureFiles:
     """The files beside one frame; nothing outside the frame's folder is ever opened.
 
     notes : sentences about what was refused, missing or chosen in place of something else.
+    contents : bytes of all files that were read, in their order.
     """
 
     def __init__(self, frame: Path):
         self.frame = frame
         self.folder = frame.parent.resolve()
         self.notes: list[str] = []
+        self.contents: list[bytes] = []
 
     def read(self, name: str) -> bytes | None:
         """Bytes of a file that the frame names, whatever the case of its letters; None, and a note, when it cannot be had."""
@@ -86,7 +88,8 @@ class TextureFiles:
 
     def _bytes(self, path: Path) -> bytes | None:
         try:
-            return read_regular(path)
+            self.contents.append(read_regular(path))
+            return self.contents[-1]
         except OSError as error:
             self.notes.append(f"{path}: cannot be read ({error.strerror or error})")
             return None

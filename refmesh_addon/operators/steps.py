@@ -11,11 +11,11 @@ from .showing import ShowingOperator
 
 
 class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
-    """Run every step: track the volume, extract reference meshes, deform them to every frame, measure the distance"""
+    """Run every step: track the volume, extract reference meshes, deform them to every frame, measure the distance, bring over colors"""
 
     bl_idname = "refmesh.run_all"
     bl_label = "Run All"
-    until = "evaluation"
+    until = "color"
 
 
 class REFMESH_OT_track(JobOperator, bpy.types.Operator):
@@ -48,6 +48,14 @@ class REFMESH_OT_evaluate(JobOperator, bpy.types.Operator):
     bl_idname = "refmesh.evaluate"
     bl_label = "Measure Distance"
     until = "evaluation"
+
+
+class REFMESH_OT_color(JobOperator, bpy.types.Operator):
+    """Bring the capture's colors onto the reference meshes: a texture for each frame and a steady one for each mesh"""
+
+    bl_idname = "refmesh.color"
+    bl_label = "Bring Over Colors"
+    until = "color"
 
 
 class REFMESH_OT_load_results(ShowingOperator, bpy.types.Operator):
@@ -86,5 +94,6 @@ CLASSES = (
     REFMESH_OT_extract_reference,
     REFMESH_OT_deform,
     REFMESH_OT_evaluate,
+    REFMESH_OT_color,
     REFMESH_OT_load_results,
 )

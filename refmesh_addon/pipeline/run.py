@@ -8,10 +8,12 @@ from contextlib import nullcontext
 from ..io.discovery import find_sequence
 from ..io.sequence import Sequence
 from .session.context import Context
-from .session.job import CHECK, DEFORMATION, EVALUATION, REFERENCE, TRACKING, JobSpec
+from .session.job import CHECK, COLOR, DEFORMATION, EVALUATION, REFERENCE, TRACKING, JobSpec
 from .session.parallel import Workers
 from .session.session import Notify
 from .stages.check import check_sequence
+from .stages.color import color
+from .stages.color_files import write_colors
 from .stages.deformation import deform
 from .stages.deformed_frames import write_deformed, write_playbacks
 from .stages.evaluation import evaluate
@@ -68,6 +70,9 @@ def _run_stages(spec: JobSpec, context: Context) -> None:
     if EVALUATION in spec.stages:
         with context.timed(EVALUATION):
             write_deformed(context, deformed, evaluate(context, deformed))
+    if COLOR in spec.stages:
+        with context.timed(COLOR):
+            write_colors(context, deformed, color(context, deformed))
 
 
 def _tracked(context: Context) -> TrackingResult:

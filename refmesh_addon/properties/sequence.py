@@ -9,7 +9,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from ..core.findings import CENTER_ATTRIBUTES
 from ..core.settings import STAGES
 from .settings import RefMeshSettings, title
-from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors, switch_kinds
+from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors, switch_kinds, switch_surface_color
 
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
@@ -98,6 +98,16 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         name="Show Errors",
         description="Color the deformed mesh by its distance to the source: dark for none, yellow for 0.2 % of the diagonal and more",
         update=switch_errors,
+    )
+    surface_color: EnumProperty(
+        name="Show",
+        description="Colors of the deformed mesh; Show Errors takes precedence",
+        items=[
+            ("CAPTURED", "Captured", "The capture's own colors, frame by frame"),
+            ("STEADY", "Steady", "One texture per reference mesh, to be painted and relit"),
+            ("PLAIN", "Plain", "One color"),
+        ],
+        update=switch_surface_color,
     )
     heat_map_frame: StringProperty(
         name="Frame of the Errors", description="Number of the frame whose errors the mesh shows now", options={"HIDDEN"}

@@ -37,6 +37,13 @@ def restyle_centers(state, context):
     restyle_centers(state.id_data)
 
 
+def switch_surface_color(state, context):
+    """Shows captured, steady or plain colors."""
+    from ..bridge.results.textures import show_surface_color
+
+    show_surface_color(state.id_data)
+
+
 def switch_errors(state, context):
     """Shows errors as colors, or the plain color again; a popup says why errors cannot be shown."""
     from ..bridge.results.heat_map import switch_heat_map

@@ -7,7 +7,7 @@ from .centers_panel import REFMESH_PT_centers
 from .export_panel import REFMESH_PT_export
 from .run_panel import REFMESH_PT_run
 from .sequence_panel import REFMESH_PT_sequence, REFMESH_UL_findings
-from .step_panels import REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track
+from .step_panels import REFMESH_PT_color, REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track
 
 CLASSES = (
     REFMESH_PT_run,
@@ -18,6 +18,7 @@ CLASSES = (
     REFMESH_PT_reference,
     REFMESH_PT_bodies,
     REFMESH_PT_deform,
+    REFMESH_PT_color,
     REFMESH_PT_export,
 )
 

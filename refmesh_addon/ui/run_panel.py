@@ -30,7 +30,7 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
             row.operator("refmesh.apply_preset", text=title(name), depress=name == current).preset = name
         layout.operator("refmesh.run_all", icon="PLAY")
         if not _draw_job(layout, context):
-            first = first_to_run(owner.refmesh, "evaluation")
+            first = first_to_run(owner.refmesh, "color")
             layout.label(text=f"Begins with {first}" if first else "Everything is up to date", icon="BLANK1" if first else "CHECKMARK")
 
 

@@ -105,3 +105,20 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
         column = self.layout.column(align=True)
         for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
             column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
+
+
+class REFMESH_PT_color(StepPanel, bpy.types.Panel):
+    bl_label = "Color"
+    stage = "color"
+    operators = ("refmesh.color",)
+
+    @staticmethod
+    def uses(state):
+        first = first_to_run(state, "evaluation")
+        return f"the frames of Deform; {first} runs first" if first else f"{len(state.groups)} deformed meshes"
+
+    def draw(self, context):
+        super().draw(context)
+        state = sequence_object(context).refmesh
+        if "color" in state.done:
+            self.layout.prop(state, "surface_color", expand=True)

@@ -17,7 +17,7 @@ from refmesh_addon.pipeline.process import presets
 TINY = {"centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "triangles": 300}
 TINY |= {"fit_rounds": 1, "arap_iterations": 1, "samples": 100}
 
-STEPS = {"track": "tracking", "extract_reference": "reference", "deform": "deformation", "evaluate": "evaluation"}
+STEPS = {"track": "tracking", "extract_reference": "reference", "deform": "deformation", "evaluate": "evaluation", "color": "color"}
 
 
 def settings_of(panel: Settings, **passed) -> Settings:
@@ -69,7 +69,7 @@ def test_run_all_leaves_results_objects_and_its_settings(ball, tmp_path):
     assert bpy.ops.refmesh.run_all(output=str(output), quiet=True, **TINY) == {"FINISHED"}
     report = json.loads((output / "report.json").read_text())
     assert [frame["number"] for frame in report["frames"]] == [6, 7, 8, 10, 11]
-    assert ball.refmesh.done == {"tracking", "reference", "deformation", "evaluation"}
+    assert ball.refmesh.done == {"tracking", "reference", "deformation", "evaluation", "color"}
     assert ball.refmesh.centers and all(group.deformed and group.reference for group in ball.refmesh.groups)
     assert Settings.from_flat(ball.refmesh.settings.to_flat()) == Settings.from_flat(TINY)
     assert ball.refmesh.output == str(output)

@@ -16,12 +16,12 @@ def kinds(state) -> list[str]:
 
 
 def test_nothing_ran_yet(ball):
-    assert kinds(ball.refmesh) == ["never"] * 4
+    assert kinds(ball.refmesh) == ["never"] * 5
     assert first_to_run(ball.refmesh, "evaluation") == "Track"
 
 
 def test_loaded_results_are_up_to_date(solved):
-    assert kinds(solved.refmesh) == ["current"] * 4 and first_to_run(solved.refmesh, "evaluation") == ""
+    assert kinds(solved.refmesh) == ["current"] * 4 + ["never"] and first_to_run(solved.refmesh, "evaluation") == ""
 
 
 @pytest.mark.parametrize(
@@ -37,16 +37,16 @@ def test_a_changed_setting_makes_stale_what_depends_on_it(solved, setting, value
     state = solved.refmesh
     before = getattr(state.settings, setting)
     setattr(state.settings, setting, value)
-    assert kinds(state) == expected.split()
+    assert kinds(state) == [*expected.split(), "never"]
     stale = next(step_status(state, stage) for stage in STAGES if step_status(state, stage).kind == "stale")
     assert f"{setting.replace('_', ' ')} was {before}, is {value} now" in stale.text
     setattr(state.settings, setting, before)
-    assert kinds(state) == ["current"] * 4
+    assert kinds(state) == ["current"] * 4 + ["never"]
 
 
 def test_another_choice_of_frames_makes_everything_stale(solved):
     solved.refmesh.frame_selection = "6-8"
-    assert kinds(solved.refmesh) == ["stale"] * 4
+    assert kinds(solved.refmesh) == ["stale"] * 4 + ["never"]
 
 
 def test_groups_matter_to_tracking_where_it_starts_anew_with_each(solved):
@@ -55,7 +55,7 @@ def test_groups_matter_to_tracking_where_it_starts_anew_with_each(solved):
     state.settings.tracking = results["settings"]["tracking"] = "group"
     state.results = json.dumps(results)
     state.settings.group_size = 3
-    assert kinds(state) == ["stale"] * 4
+    assert kinds(state) == ["stale"] * 4 + ["never"]
 
 
 def test_a_step_taken_from_the_cache_keeps_its_time(solved):
@@ -71,7 +71,7 @@ def test_results_of_some_frames_choose_those_frames(blender, ball, results):
     report["sequence"]["numbers"] = [6, 7, 8, 11]
     (results / "report.json").write_text(json.dumps(report))
     blender.ops.refmesh.load_results(output=str(results))
-    assert ball.refmesh.frame_selection == "6-8,11" and kinds(ball.refmesh) == ["current"] * 4
+    assert ball.refmesh.frame_selection == "6-8,11" and kinds(ball.refmesh) == ["current"] * 4 + ["never"]
     ball.refmesh.frame_selection = "6,7-8,11"
     blender.ops.refmesh.load_results(output=str(results))
     assert ball.refmesh.frame_selection == "6,7-8,11"

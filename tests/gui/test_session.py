@@ -76,13 +76,13 @@ def test_bodies_are_marked_in_edit_mode(session):
 
 
 def test_everything_is_made_and_one_undo_takes_it_back(session):
-    assert session["done"] == ["deformation", "evaluation", "reference", "tracking"]
+    assert session["done"] == ["color", "deformation", "evaluation", "reference", "tracking"]
     assert session["objects_after_undo"] == ["grasp", "grasp source"] and session["redo_brings_all_back"]
 
 
 def test_a_moved_scene_opens_with_its_results(session):
     reopened = session["reopened"]
-    assert reopened["done"] == ["deformation", "evaluation", "reference", "tracking"]
+    assert reopened["done"] == ["color", "deformation", "evaluation", "reference", "tracking"]
     assert reopened["cache"].startswith("//") and reopened["output"].startswith("//")
     assert session["shown_after_reopening"] == str(FRAMES[-1])
 

@@ -9,6 +9,7 @@ import bpy
 from ...io.formats import Format
 from .export import Export
 from .files import check_disk_space, replacing
+from .pictures import copy_pictures, is_textured
 from .velocities import moving_stand_ins
 
 EXTENSION = ".abc"
@@ -25,9 +26,10 @@ def load(path: Path) -> None:
 
 
 def write(export: Export) -> list[Path]:
-    """All groups in one file, each seen in its own frames only, with velocities."""
+    """All groups in one file, each seen in its own frames only, with velocities; Alembic holds no pictures, which go beside it."""
     target = export.target(EXTENSION)
     check_disk_space(export, target)
+    textured = is_textured(export.owner)
     with moving_stand_ins(export), replacing(target) as partial:
         bpy.ops.wm.alembic_export(
             filepath=str(partial),
@@ -35,11 +37,11 @@ def write(export: Export) -> list[Path]:
             start=export.choice.first,
             end=export.choice.last,
             normals=False,
-            uvs=False,
+            uvs=textured,
             as_background_job=False,
             check_existing=False,
         )
-    return [target]
+    return [target, *(copy_pictures(export) if textured else [])]
 
 
 FORMAT = Format(

@@ -15,6 +15,7 @@ from ..scene.timeline import timeline
 from .export import Export
 from .files import replacing
 from .frame_groups import diagonal, frame_groups, frame_rate
+from .pictures import is_textured, show_steady
 from .stand_ins import morphing_stand_ins
 
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # Blender's axes to those of glTF
@@ -58,10 +59,12 @@ def _write_small(export: Export) -> list[Path]:
 
 
 def _write_full(export: Export) -> list[Path]:
-    """All groups in one file, with a morph target for each frame and one animation that plays them."""
+    """All groups in one file, with a morph target for each frame and one animation that plays them; steady textures are embedded."""
     choice, target = export.choice, export.target(GLB.extensions[0])
     span = timeline(bpy.context.scene, choice.first, choice.last)
-    with morphing_stand_ins(export.owner, choice), span, replacing(target) as partial:
+    textured = is_textured(export.owner)
+    with morphing_stand_ins(export.owner, choice) as copies, span, replacing(target) as partial:
+        show_steady(export.owner, copies)
         bpy.ops.export_scene.gltf(
             filepath=str(partial),
             export_format="GLB",
@@ -70,7 +73,7 @@ def _write_full(export: Export) -> list[Path]:
             export_anim_scene_split_object=False,
             export_frame_range=True,
             export_frame_step=choice.step,
-            export_materials="NONE",
+            export_materials="EXPORT" if textured else "NONE",
             check_existing=False,
         )
     return [target]

@@ -1,4 +1,4 @@
-"""A PLY file for each frame, as they are in the output folder, with velocities and, once measured, error colors."""
+"""A PLY file for each frame, as in the output folder: with velocities and error colors, or with the capture's vertex colors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def write(export: Export) -> list[Path]:
     folder = output_folder(export.folder / "ply")
     numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
     chosen = {numbers[frame] for frames in export.choice.groups.values() for frame in frames if frame in numbers}
-    paths = [frame["deformed"] for frame in read_report(export.results)["frames"] if frame["number"] in chosen]
+    paths = [frame.get("colored", frame["deformed"]) for frame in read_report(export.results)["frames"] if frame["number"] in chosen]
     return [copy_result(export.results / path, folder / Path(path).name) for path in paths]
 
 

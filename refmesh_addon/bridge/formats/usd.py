@@ -9,6 +9,7 @@ import bpy
 from ...io.formats import Format
 from .export import Export
 from .files import check_disk_space, replacing
+from .pictures import copy_pictures, is_textured, show_steady
 from .velocities import moving_stand_ins
 
 EXTENSIONS = (".usd", ".usda", ".usdc", ".usdz")
@@ -25,21 +26,31 @@ def load(path: Path) -> None:
 
 
 def write(export: Export) -> list[Path]:
-    """All groups in one file, each seen in its own frames only, with velocities."""
+    """All groups in one file, each seen in its own frames only, with velocities; textures go into folders beside it."""
     target = export.target(EXTENSIONS[0])
     check_disk_space(export, target)
-    with moving_stand_ins(export), replacing(target) as partial:
+    textured = is_textured(export.owner)
+    with moving_stand_ins(export) as copies, replacing(target) as partial:
+        show_steady(export.owner, copies)
         bpy.ops.wm.usd_export(
             filepath=str(partial),
             selected_objects_only=True,
             export_animation=True,
             export_normals=False,
-            export_uvmaps=False,
-            export_materials=False,
+            export_uvmaps=textured,
+            export_materials=textured,
+            relative_paths=True,
+            **(_copied_textures() if textured else {}),
             convert_world_material=False,
             check_existing=False,
         )
-    return [target]
+    return [target, *(copy_pictures(export) if textured else [])]
+
+
+def _copied_textures() -> dict[str, object]:
+    """Options that put copies of the pictures into a folder "textures" beside the file."""
+    known = bpy.ops.wm.usd_export.get_rna_type().properties
+    return {"export_textures_mode": "NEW"} if "export_textures_mode" in known else {"export_textures": True}
 
 
 FORMAT = Format(

@@ -25,7 +25,7 @@ ATTRIBUTE = "velocity"
 
 
 @contextmanager
-def moving_stand_ins(export: Export) -> Iterator[None]:
+def moving_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
     """Stand-ins that carry velocities, in a timeline of the chosen frames. Raises RefMeshError when frames carry no velocities."""
     choice = export.choice
     with (
@@ -33,7 +33,7 @@ def moving_stand_ins(export: Export) -> Iterator[None]:
         timeline(bpy.context.scene, choice.first, choice.last),
         _moving(export, copies),
     ):
-        yield
+        yield copies
 
 
 @contextmanager

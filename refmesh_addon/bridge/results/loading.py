@@ -17,6 +17,7 @@ from .freshness import fingerprint
 from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
 from .reading import Results
 from .status import used_settings
+from .textures import show_textures
 from .visibility import present_kinds, show_newest
 
 SIDE_STEP = 1.25  # distance of source, centers, reference and result, in widths of the whole motion: they never overlap
@@ -106,7 +107,7 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
             frame.distance = measured[frame.name]
         else:
             frame.property_unset("distance")
-    reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured)]
+    reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured), "color" in report["seconds"]]
     known = {setting.name for setting in flat_fields()}
     settings = {name: value for name, value in report["settings"].items() if name in known}
     state.frame_selection = _selection(state, report["sequence"]["numbers"])
@@ -115,6 +116,7 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
     state.missing = ""
     if state.heat_map:
         state.heat_map = bool(measured)  # draws the errors anew
+    show_textures(owner, results.folder, report)
     state.done = {stage for stage, is_reached in zip(STAGES, reached, strict=True) if is_reached}
 
 

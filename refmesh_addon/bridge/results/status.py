@@ -7,7 +7,13 @@ from dataclasses import dataclass
 
 from ...core.settings import STAGES, setting_names
 
-STEP_NAMES = {"tracking": "Track", "reference": "Reference", "deformation": "Deform", "evaluation": "Measure Distance"}
+STEP_NAMES = {
+    "tracking": "Track",
+    "reference": "Reference",
+    "deformation": "Deform",
+    "evaluation": "Measure Distance",
+    "color": "Color",
+}
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,31 @@ def emission_material(
     return material
 
 
+def image_material(name: str, image: bpy.types.Image, first: int = 0, count: int = 0) -> bpy.types.Material:
+    """A material of an image, or of an image sequence whose file numbers are the scene's frames.
+
+    first, count : first file of a sequence and number of its files; before and after it, first and last are held. Plays without
+    the add-on, in Cycles, EEVEE and solid shading by texture.
+    """
+    material = bpy.data.materials.get(name) or _new_material(name, (1.0, 1.0, 1.0, 1.0))
+    nodes = material.node_tree.nodes
+    node = next((node for node in nodes if node.type == "TEX_IMAGE"), None) or nodes.new("ShaderNodeTexImage")
+    node.image, node.location = image, (-350.0, 250.0)
+    if count:
+        user = node.image_user
+        user.frame_start, user.frame_offset, user.frame_duration = first, first - 1, count
+        user.use_auto_refresh = True
+    nodes.active = node  # what solid shading shows
+    material.node_tree.links.new(node.outputs["Color"], _surface(material).inputs["Base Color"])
+    return material
+
+
+def set_material(target: bpy.types.Mesh, material: bpy.types.Material) -> None:
+    """Makes it the only material of a mesh."""
+    target.materials.clear()
+    target.materials.append(material)
+
+
 def enable_nodes(owner: bpy.types.Material | bpy.types.World) -> None:
     """Gives it a node tree; from Blender 5.0 it always has one."""
     if bpy.app.version < (5, 0):

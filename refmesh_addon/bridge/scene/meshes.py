@@ -8,6 +8,7 @@ import numpy as np
 from ...core.types import TriangleMesh
 from ...io.preview import PreviewMesh
 
+UV_NAME = "UVMap"  # as Blender calls the first one
 COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colors; Cycles does not find one called "color"
 
 
@@ -65,6 +66,13 @@ def read_positions(source: bpy.types.Mesh) -> np.ndarray:
     flat = np.empty(3 * len(source.vertices), dtype=np.float32)
     source.attributes["position"].data.foreach_get("vector", flat)
     return flat.reshape(-1, 3)
+
+
+def set_uvs(target: bpy.types.Mesh, corners: np.ndarray) -> None:
+    """Gives a mesh one UV map: (T, 3, 2) places of the corners of its triangles, v up."""
+    layer = target.uv_layers.get(UV_NAME) or target.uv_layers.new(name=UV_NAME)
+    layer.uv.foreach_set("vector", np.ascontiguousarray(corners, dtype=np.float32).ravel())
+    target.uv_layers.active = layer
 
 
 def set_colors(target: bpy.types.Mesh, colors: np.ndarray, name: str = COLOR_NAME) -> None:

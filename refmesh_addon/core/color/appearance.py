@@ -42,6 +42,12 @@ class Appearance(FrozenArrays):
         """Longest side of its images, pixels; 0 without images."""
         return max((max(image.shape[:2]) for image in self.images), default=0)
 
+    def reoriented(self, flipped: np.ndarray) -> Appearance:
+        """The same colors with the triangles marked in (T,) `flipped` turned over."""
+        turned = lambda corners: np.where(flipped.reshape(-1, *[1] * (corners.ndim - 1)), corners[:, ::-1], corners)
+        mesh = TriangleMesh(self.mesh.vertices, turned(self.mesh.triangles))
+        return Appearance(mesh, turned(self.uvs), self.materials, turned(self.colors), self.images)
+
     def at(self, triangles: np.ndarray, shares: np.ndarray) -> np.ndarray:
         """(N, 3) float32 colors, 0 to 255, at points of (N,) triangles with (N, 2) weights of their second and third corner."""
         result = np.empty((len(triangles), 3), np.float32)

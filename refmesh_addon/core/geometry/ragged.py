@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
 
 def ragged_indices(lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -20,6 +19,8 @@ def sorted_by_label(labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndar
     """
     if len(labels) and not 0 <= labels.min() <= labels.max() < count:
         raise ValueError(f"labels must be 0 to {count - 1}; got {labels.min()} to {labels.max()}")
+    from scipy import sparse  # late: Blender's preview needs this module where scipy may be missing
+
     entries = np.ones(len(labels), dtype=np.int8), labels, np.arange(len(labels) + 1)
     by_label = sparse.csr_matrix(entries, shape=(len(labels), count)).tocsc()
     return by_label.indices, by_label.indptr

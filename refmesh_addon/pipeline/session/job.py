@@ -10,9 +10,9 @@ from ...core.settings import STAGES, Settings
 
 CACHE_FOLDER = "cache"  # in the output folder: ours, nobody else's
 CHECK = "sequence"  # looks at the frames only; no other stage needs it
-TRACKING, REFERENCE, DEFORMATION, EVALUATION = STAGES
+TRACKING, REFERENCE, DEFORMATION, EVALUATION, COLOR = STAGES
 # Of the time of a whole run, roughly; only the progress bar depends on it.
-STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.4, REFERENCE: 0.25, DEFORMATION: 0.25, EVALUATION: 0.1}
+STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.4, REFERENCE: 0.25, DEFORMATION: 0.25, EVALUATION: 0.1, COLOR: 0.1}
 
 
 @dataclass(frozen=True)

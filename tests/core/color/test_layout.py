@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from refmesh_addon.core.color.layout import Layout, measured
+from refmesh_addon.core.color.projected_layout import projected_layout
+from refmesh_addon.core.color.raster import rasterized
+from refmesh_addon.core.geometry.mesh import merged
 from refmesh_addon.core.types import TriangleMesh
 
 from .painted import cube_sphere
@@ -42,3 +45,17 @@ def test_charts_are_connected_in_the_layout():
 
 def test_pixels_count_from_the_top():
     assert flat(1.0).pixels(8)[0].tolist() == [[0, 8], [8, 8], [8, 0]]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e4])
+def test_projected_layout_is_valid_at_any_scale(scale):
+    mesh = cube_sphere(12, turn=0.3)[0]
+    mesh = merged(mesh.moved(mesh.vertices * scale))[0]
+    layout = projected_layout(mesh)
+    quality = measured(mesh, layout)
+    assert quality.mirrored == 0.0
+    assert quality.stretch < 1.1
+    assert quality.area_used > 0.3
+    pixels = rasterized(layout.pixels(512), 512, 512).pixels
+    assert len(np.unique(pixels)) == len(pixels)
+    assert 0.0 <= layout.uvs.min() and layout.uvs.max() <= 1.0

@@ -1,0 +1,40 @@
+"""Textures in exports: the steady texture as the material of the copies that go out, and pictures beside the file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...io.files import output_folder
+from ...io.report import read_report
+from ..results.textures import steady_name
+from ..scene.materials import set_material
+from ..scene.meshes import UV_NAME
+from .export import Export
+from .files import copy_result
+
+
+def is_textured(owner: bpy.types.Object) -> bool:
+    """Whether the results of a sequence have textures."""
+    groups = owner.refmesh.groups
+    return bool(groups) and all(group.deformed and UV_NAME in group.deformed.data.uv_layers for group in groups)
+
+
+def show_steady(owner: bpy.types.Object, copies: dict[int, bpy.types.Object]) -> None:
+    """Gives copies of the deformed meshes, by group, the steady texture of their group, which every program can show."""
+    for index, copy in copies.items():
+        material = bpy.data.materials.get(steady_name(owner, index))
+        if material is not None:
+            set_material(copy.data, material)
+
+
+def copy_pictures(export: Export) -> list[Path]:
+    """The texture sequence of the chosen frames and the steady textures of the chosen groups, in a folder beside the exported file."""
+    report = read_report(export.results)
+    numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
+    chosen = {numbers[frame] for frames in export.choice.groups.values() for frame in frames if frame in numbers}
+    paths = [frame["texture"] for frame in report["frames"] if frame["number"] in chosen and frame.get("texture")]
+    paths += [report["groups"][index]["texture"] for index in export.choice.groups if report["groups"][index].get("texture")]
+    folder = output_folder(export.folder / f"{export.name}_textures")
+    return [copy_result(export.results / path, folder / Path(path).name) for path in paths]

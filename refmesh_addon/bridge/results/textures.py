@@ -1,0 +1,70 @@
+"""The capture's colors on the results: the texture layout as UVs, the image sequence and the steady textures as materials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...io.files import read_npz
+from ..scene.materials import image_material
+from ..scene.meshes import UV_NAME, set_uvs
+from ..scene.paths import stored_path
+from .groups import deformed_material
+
+
+def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
+    """Gives all groups their UVs and prepares their materials; without textures, groups keep neither."""
+    numbers = {frame["number"]: frame.get("texture") for frame in report["frames"]}
+    textured = all(group.get("layout") for group in report["groups"]) and all(numbers.values()) and bool(numbers)
+    for group, entry in zip(owner.refmesh.groups, report["groups"]):
+        for member in (group.reference, group.deformed):
+            if member is not None and textured:
+                layout = read_npz(folder / entry["layout"])
+                set_uvs(member.data, layout["uvs"][layout["triangles"]])
+    if not textured:
+        show_surface_color(owner)
+        return
+    first = folder / report["frames"][0]["texture"]
+    files = sorted(first.parent.glob(f"frame_*{first.suffix}"))
+    captured = load_image(first, sequence=True)
+    image_material(captured_name(owner), captured, int(first.stem.rpartition("_")[2]), len(files))
+    for index, entry in enumerate(report["groups"]):
+        image_material(steady_name(owner, index), load_image(folder / entry["texture"]))
+    show_surface_color(owner)
+
+
+def show_surface_color(owner: bpy.types.Object) -> None:
+    """Shows what `owner.refmesh.surface_color` says on the groups that wear a material of RefMesh; one of the user's own stays."""
+    own = {captured_name(owner), deformed_material().name, *(steady_name(owner, index) for index in range(len(owner.refmesh.groups)))}
+    for index, group in enumerate(owner.refmesh.groups):
+        slots = [] if group.deformed is None else group.deformed.data.materials
+        if len(slots) == 1 and slots[0] is not None and slots[0].name in own:
+            slots[0] = _chosen_material(owner, index, group.deformed.data) or deformed_material()
+
+
+def _chosen_material(owner: bpy.types.Object, index: int, mesh: bpy.types.Mesh) -> bpy.types.Material | None:
+    """None for the plain color, and where there are no textures."""
+    choice = owner.refmesh.surface_color
+    if UV_NAME not in mesh.uv_layers or choice == "PLAIN":
+        return None
+    return bpy.data.materials.get(captured_name(owner) if choice == "CAPTURED" else steady_name(owner, index))
+
+
+def captured_name(owner: bpy.types.Object) -> str:
+    """Name of the material that plays the capture's colors."""
+    return f"{owner.refmesh.root.name} Captured"
+
+
+def steady_name(owner: bpy.types.Object, index: int) -> str:
+    """Name of the material with the steady texture of a group."""
+    return f"{owner.refmesh.root.name} Steady {index:03d}"
+
+
+def load_image(path: Path, sequence: bool = False) -> bpy.types.Image:
+    """The image of a file, read anew where it is there already, by a relative path where the scene has a place."""
+    image = bpy.data.images.load(str(path), check_existing=True)
+    image.source = "SEQUENCE" if sequence else "FILE"
+    image.reload()
+    image.filepath = stored_path(path)
+    return image

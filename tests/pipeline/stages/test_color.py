@@ -1,0 +1,141 @@
+"""The color stage on real files: textures of every frame, whatever was wrong with some of them."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from refmesh_addon.core.color.layout import Layout
+from refmesh_addon.core.color.texels import Texels
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.settings import Settings
+from refmesh_addon.io.files import read_npz
+from refmesh_addon.io.images import decoded
+from refmesh_addon.io.ply import read_colors, read_surface
+from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
+from refmesh_addon.pipeline.session.parallel import Workers
+
+from ..colored_takes import GAINS, NUMBERS, STEP, material, write_textured, write_vertex_colored
+from ..conftest import TINY
+from ..running import cache_entries, finish, remade, report, results
+
+SMALL = {"group_size": 2, "triangles": 1200}
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory):
+    return write_textured(tmp_path_factory.mktemp("take"), GAINS)
+
+
+@pytest.fixture(scope="module")
+def baked(take, tmp_path_factory):
+    output = tmp_path_factory.mktemp("baked")
+    assert finish(take, output, **SMALL) == []
+    return output
+
+
+@pytest.fixture
+def output(baked, tmp_path):
+    """A copy of that folder, free to be changed."""
+    return Path(shutil.copytree(baked, tmp_path / "baked"))
+
+
+def picture(path) -> np.ndarray:
+    return decoded(path.read_bytes(), path.name)
+
+
+def texture_errors(output, frame, entry, index) -> np.ndarray:
+    """Difference of a frame's texels from the true color of their places."""
+    layout = read_npz(output / entry["layout"])
+    texels = Texels.of(Layout(layout["uvs"], layout["triangles"]), 128)
+    shown = picture(output / frame["texture"]).reshape(-1, 3)[texels.pixels]
+    truth = material(texels.points(read_surface(output / frame["deformed"])) - STEP * index)
+    return shown.astype(float) - truth
+
+
+def test_every_frame_has_a_texture_of_the_size_of_the_capture(baked):
+    found = report(baked)
+    assert [frame["texture"] for frame in found["frames"]] == [f"texture/frame_{number:04d}.png" for number in NUMBERS]
+    assert all(picture(baked / frame["texture"]).shape == (128, 128, 3) for frame in found["frames"])
+    assert all(frame["color_psnr"] > 35 and frame["color_ssim"] > 0.95 for frame in found["frames"])
+    assert all(group["layout_charts"] and group["layout_stretch"] < 1.2 for group in found["groups"])
+
+
+def test_texels_have_the_color_of_their_place(baked):
+    found = report(baked)
+    first = texture_errors(baked, found["frames"][0], found["groups"][0], 0)
+    assert np.abs(np.median(first)) < 3
+    assert np.percentile(np.abs(first), 90) < 12  # the ball turns, so its texels drift by as much as it shows
+
+
+def test_exposure_is_evened_by_the_gains_that_are_reported(take, output):
+    finish(take, output, exposure="even", **SMALL)
+    gains = np.array([frame["gain"] for frame in report(output)["frames"]])
+    truth = 1 / np.array(GAINS)
+    assert_allclose(gains / gains[0], np.repeat((truth / truth[0])[:, None], 3, axis=1), rtol=0.02)
+    assert_allclose(np.log(gains).sum(axis=0), 0, atol=1e-9)
+
+
+def test_same_bytes_with_one_process(take, baked, tmp_path):
+    settings = Settings.from_flat({**TINY.to_flat(), **SMALL})
+    with Workers(1) as workers:
+        run(JobSpec(str(take), str(tmp_path), settings=settings), lambda *progress: None, lambda line: None, workers)
+    assert results(tmp_path) == results(baked)
+
+
+def test_textures_that_were_deleted_come_back_from_the_cache(take, output, baked):
+    before = cache_entries(output)
+    for path in (output / "texture").iterdir():
+        path.unlink()
+    finish(take, output, **SMALL)
+    assert cache_entries(output) == before
+    assert results(output) == results(baked)
+
+
+def test_a_changed_picture_is_baked_again_and_no_other(take, output, tmp_path):
+    changed, before = Path(shutil.copytree(take, tmp_path / "take")), cache_entries(output)
+    (changed / "ball_004.png").write_bytes((changed / "ball_003.png").read_bytes())
+    finish(changed, output, **SMALL)
+    made = remade(before, cache_entries(output))
+    assert "color/frame_0004" in made and "color/frame_0003" not in made
+    assert {name.partition("/")[0] for name in made} == {"color"}
+
+
+def test_off_makes_no_textures_and_removes_those_there(take, output):
+    finish(take, output, texture="off", **SMALL)
+    assert not list((output / "texture").iterdir())
+    assert "texture" not in report(output)["frames"][0]
+
+
+def test_size_and_format_can_be_chosen(take, output):
+    finish(take, output, texture="512", texture_format="jpeg", **SMALL)
+    assert picture(output / "texture" / "frame_0003.jpg").shape == (512, 512, 3)
+    assert not list((output / "texture").glob("frame_*.png"))
+
+
+def test_unknown_size_is_refused():
+    with pytest.raises(RefMeshError, match="texture is '77': choose one of auto, off, 512"):
+        finish("take", "out", texture="77")
+
+
+def test_geometry_goes_through_without_a_picture_and_the_steady_texture_fills_in(take, output, tmp_path):
+    changed = Path(shutil.copytree(take, tmp_path / "take"))
+    (changed / "ball_004.png").write_bytes(b"cut off")
+    warnings = finish(changed, output, **SMALL)
+    assert any("ball_004.png" in line for line in warnings) and any("frame 4 and 0 others have no color" in line for line in warnings)
+    found = report(output)
+    assert found["frames"][1]["filled"] > 0.99 and "color_psnr" not in found["frames"][1]
+    assert np.abs(texture_errors(output, found["frames"][1], found["groups"][0], 0)).mean() < 8
+
+
+def test_vertex_colors_go_to_vertices(tmp_path):
+    take = write_vertex_colored(tmp_path / "take")
+    finish(take, tmp_path / "out", **SMALL)
+    for index, frame in enumerate(report(tmp_path / "out")["frames"]):
+        path = tmp_path / "out" / frame["colored"]
+        error = read_colors(path)[:, :3].astype(float) - material(read_surface(path).vertices - STEP * index)
+        assert np.abs(error).mean() < 8
+    assert not (tmp_path / "out" / "texture").exists()
