@@ -130,13 +130,13 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, help="of refmesh, libigl, open3d")
     arguments = parser.parse_args()
     mesh = torus(arguments.vertices)
-    found = compared({name: METHODS[name] for name in arguments.methods}, mesh, arguments.iterations, TRIALS)
-    for name, result in found.items():
+    results = compared({name: METHODS[name] for name in arguments.methods}, mesh, arguments.iterations, TRIALS)
+    for name, result in results.items():
         print(f"{name:8}  energy {result['energy']:.6f}  first {result['first']:.3f} s  next {result['next']:.3f} s")
-    ours = found.get("refmesh", next(iter(found.values())))
-    ratios = {name: {key: result[key] / ours[key] for key in ours} for name, result in found.items()}
+    ours = results.get("refmesh", next(iter(results.values())))
+    ratios = {name: {key: result[key] / ours[key] for key in ours} for name, result in results.items()}
     counts = {"vertices": len(mesh.vertices), "iterations": arguments.iterations}
-    print(json.dumps({"benchmark": "arap", **counts, "methods": found, "ratios_to_ours": ratios}))
+    print(json.dumps({"benchmark": "arap", **counts, "methods": results, "ratios_to_ours": ratios}))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How long the deformation stage takes: the whole job up to the reference meshes, made once, then that stage alone, again and again.
+"""Time of the deformation stage: a job up to the reference meshes once, then that stage alone, repeatedly.
 
     python -m benchmarks.deformation_speed [INPUT --frames 5-14] [--against CHECKOUT]
 
@@ -96,11 +96,11 @@ def main() -> None:
     checkouts = {"here": ROOT, **({"against": arguments.against.resolve()} if arguments.against else {})}
     with tempfile.TemporaryDirectory() as folder:
         spec = JobSpec(str(Path(source).resolve()), folder, arguments.frames, settings)
-        found = compared(checkouts, spec, arguments.repeat, Path(folder))
-    for name, row in found.items():
+        states = compared(checkouts, spec, arguments.repeat, Path(folder))
+    for name, row in states.items():
         print(f"{name:8}", *(f"{key} {value:g}" for key, value in row.items()), sep="  ")
-    ratio = {"ratio": round(found["against"]["seconds"] / found["here"]["seconds"], 2)} if arguments.against else {}
-    print(json.dumps({"benchmark": "deformation_speed", "processors": os.cpu_count(), **ratio, "found": found}))
+    ratio = {"ratio": round(states["against"]["seconds"] / states["here"]["seconds"], 2)} if arguments.against else {}
+    print(json.dumps({"benchmark": "deformation_speed", "processors": os.cpu_count(), **ratio, "states": states}))
 
 
 if __name__ == "__main__":

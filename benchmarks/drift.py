@@ -61,14 +61,14 @@ class Take:
 
 def takes(case: Case, output: Path) -> list[Take]:
     """The groups of a finished run, each beside its truth."""
-    report, found = read_report(output), []
+    report, takes = read_report(output), []
     for group in report["groups"]:
         meshes = [read_mesh(output / frame["deformed"]) for frame in report["frames"] if frame["group"] == group["index"]]
         indices, anchor = np.array(group["frames"]) - 1, group["frames"].index(group["anchor"])
         vertices = np.stack([mesh.vertices for mesh in meshes])
         truth = moved(case, vertices[anchor], indices[anchor], indices)
-        found.append(Take(indices, vertices, truth, meshes[0].triangles, anchor, mean_edge_length(meshes[anchor])))
-    return found
+        takes.append(Take(indices, vertices, truth, meshes[0].triangles, anchor, mean_edge_length(meshes[anchor])))
+    return takes
 
 
 def moved(case: Case, points: np.ndarray, start: int, frames: np.ndarray) -> np.ndarray:
@@ -78,17 +78,17 @@ def moved(case: Case, points: np.ndarray, start: int, frames: np.ndarray) -> np.
     return np.stack([case.sequence.motion(rest, bodies, case.times[frame]) for frame in frames])
 
 
-def figures(case: Case, found: list[Take], centers: np.ndarray) -> dict[str, float]:
+def figures(case: Case, takes: list[Take], centers: np.ndarray) -> dict[str, float]:
     """Drift in edge lengths, accelerations as ratios, and what happens at the boundaries of groups.
 
     centers : (F, C, 3) of all frames.
     """
-    drift = np.concatenate([take.drift.ravel() for take in found])
-    long = [take for take in found if len(take.indices) > 2]
+    drift = np.concatenate([take.drift.ravel() for take in takes])
+    long = [take for take in takes if len(take.indices) > 2]
     inner = {"vertices": [take.vertices for take in long], "truth": [take.truth for take in long]}
     inner["centers"] = [centers[take.indices] for take in long]
     pace = {name: np.mean([acceleration(positions) for positions in values]) for name, values in inner.items()}
-    jumps, errors, captured = np.array([boundary(case, *pair) for pair in zip(found, found[1:])]).reshape(-1, 3).sum(axis=0)
+    jumps, errors, captured = np.array([boundary(case, *pair) for pair in zip(takes, takes[1:])]).reshape(-1, 3).sum(axis=0)
     return {
         "median": np.median(drift),
         "p95": np.quantile(drift, 0.95),

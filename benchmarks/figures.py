@@ -16,10 +16,10 @@ def main() -> None:
     """Prints a row for each output folder, and all of them as JSON."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("results", nargs="+", type=Path, metavar="OUT", help="output folder of a run")
-    found = [figures(read_report(folder)) for folder in parser.parse_args().results]
-    for row in found:
-        print("| " + " | ".join(in_words(value) for value in row.values()) + " |")
-    print(json.dumps({"benchmark": "figures", "rows": found}))
+    rows = [figures(read_report(folder)) for folder in parser.parse_args().results]
+    for row in rows:
+        print("| " + " | ".join(formatted(value) for value in row.values()) + " |")
+    print(json.dumps({"benchmark": "figures", "rows": rows}))
 
 
 def figures(report: dict) -> dict[str, object]:
@@ -37,9 +37,9 @@ def figures(report: dict) -> dict[str, object]:
     return row
 
 
-def in_words(value: object) -> str:
+def formatted(value: object) -> str:
     if isinstance(value, list):
-        low, high = (in_words(item) for item in value)
+        low, high = (formatted(item) for item in value)
         return low if low == high else f"{low} to {high}"
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 

@@ -1,4 +1,4 @@
-"""Frames of the synthetic sequences as files, made once: `python -m benchmarks.frames NAME COUNT` prints their folder."""
+"""Frames of the synthetic sequences as files, written once: `python -m benchmarks.frames NAME COUNT` prints their folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One group of frames, its reference mesh made in one way or another, and how well that serves the frames."""
+"""One group of frames, its reference mesh extracted in one way or another, and how well it fits the frames."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ class Take:
 
 def tracked_take(source: str | Path, frames: str, settings: TrackingSettings) -> Take:
     """Reads and tracks frames as a job does."""
-    found = find_sequence(source, frames).frames
-    meshes = [read_mesh(frame.path) for frame in found]
+    captured = find_sequence(source, frames).frames
+    meshes = [read_mesh(frame.path) for frame in captured]
     bodies = [capped(merged(mesh)[0]) for mesh in meshes]
     states = [state for state, _ in tracked(bodies, settings)]
     affinity = states[-1].affinity
     positions = np.stack([state.centers for state in states])
-    return Take(tuple(frame.number for frame in found), meshes, bodies, positions, affinity.weights(), affinity.spacing)
+    return Take(tuple(frame.number for frame in captured), meshes, bodies, positions, affinity.weights(), affinity.spacing)
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def best_frame(take: Take) -> int:
 
 
 def judged(take: Take, reference: Reference, settings: DeformationSettings | None, workers: Workers) -> dict[str, dict]:
-    """Distances in % of the diagonal over all frames, of the mesh `carried` by its centers, and of the `fitted` one where wanted."""
+    """Distances in % of the diagonal over all frames, of the mesh `carried` by its centers, and, given settings, of the `fitted` one."""
     result = {}
     for name, make in (("carried", _carried), ("fitted", partial(_fitted, settings=settings))):
         if name == "carried" or settings is not None:
@@ -156,9 +156,9 @@ def _summary(distances: list[TwoSidedDistance]) -> dict[str, float]:
     """Mean over the frames of means and 99th percentiles, and the largest maximum, %."""
     result = {}
     for side in ("source_to_deformed", "deformed_to_source"):
-        found = [getattr(distance, side) for distance in distances]
-        result |= {f"{side}_mean": np.mean([one.mean for one in found]), f"{side}_p99": np.mean([one.p99 for one in found])}
-        result[f"{side}_max"] = max(one.max for one in found)
+        sides = [getattr(distance, side) for distance in distances]
+        result |= {f"{side}_mean": np.mean([one.mean for one in sides]), f"{side}_p99": np.mean([one.p99 for one in sides])}
+        result[f"{side}_max"] = max(one.max for one in sides)
     return {name: round(100 * float(value), 5) for name, value in result.items()}
 
 
@@ -169,5 +169,5 @@ def processes() -> Workers:
 
 
 def _mapped(workers: Workers, function: Callable, tasks: list[tuple]) -> list:
-    found = dict(workers.map(function, tasks, lambda: None))
-    return [found[index] for index in range(len(tasks))]
+    results = dict(workers.map(function, tasks, lambda: None))
+    return [results[index] for index in range(len(tasks))]

@@ -1,4 +1,4 @@
-"""Key points of a hand and their partners after it has moved: how many pairs are right, and how many of the possible ones are found.
+"""Key points of a hand and their partners after it has moved: how many pairs are right, and how many of the possible ones they are.
 
     python -m benchmarks.matching [--picture FILE.png] [--cell 2.2]
 
@@ -118,12 +118,12 @@ def figures(states: States, matches: Matches) -> dict[str, float]:
     return {"pairs": len(right), "precision": round(precision, 4), "recall": round(float(right.sum()) / states.possible, 4)}
 
 
-def draw(states: States, found: dict[str, Matches], target: Path) -> None:
+def draw(states: States, matched: dict[str, Matches], target: Path) -> None:
     """One row for each method: the two hands, right pairs as thin lines and wrong ones as thick red ones."""
-    from matplotlib import pyplot  # only where a picture is wanted: it takes a second
+    from matplotlib import pyplot  # late: it takes a second, and most runs draw nothing
 
-    figure, axes = pyplot.subplots(len(found), 1, figsize=(11, 5.2 * len(found)))
-    for axis, (name, matches) in zip(np.atleast_1d(axes), found.items()):
+    figure, axes = pyplot.subplots(len(matched), 1, figsize=(11, 5.2 * len(matched)))
+    for axis, (name, matches) in zip(np.atleast_1d(axes), matched.items()):
         _draw_row(axis, states, matches)
         right = states.right(matches)
         axis.set_title(f"{WORDS[name]}: {right.sum()} right, {(~right).sum()} wrong", fontsize=12)
@@ -159,12 +159,12 @@ def main() -> None:
     parser.add_argument("--cell", type=float, default=2.2, help="length of the edges, of a hand 200 long (default: %(default)s)")
     arguments = parser.parse_args()
     states = States.of(hand(arguments.cell))
-    found = {name: states.matches(settings) for name, settings in METHODS.items()}
-    results = {name: figures(states, matches) for name, matches in found.items()}
+    matched = {name: states.matches(settings) for name, settings in METHODS.items()}
+    results = {name: figures(states, matches) for name, matches in matched.items()}
     for name, result in results.items():
         print(f"{name:12}", *(f"{key} {value:g}" for key, value in result.items()), sep="  ")
     if arguments.picture:
-        draw(states, found, arguments.picture)
+        draw(states, matched, arguments.picture)
     counts = {"key_points": [len(states.reference.vertices), len(states.frame.vertices)], "possible": states.possible}
     print(json.dumps({"benchmark": "matching", **counts, "methods": results}))
 

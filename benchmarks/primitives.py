@@ -57,8 +57,8 @@ def shape(body: TriangleMesh) -> dict[str, str | float]:
 
 
 def _shares(distances: np.ndarray, length: float, suffix: str = "") -> dict[str, float]:
-    found = {"p99": np.percentile(distances, 99), "max": distances.max()}
-    return {f"{name}{suffix}": round(100 * float(value) / length, 3) for name, value in found.items()}
+    errors = {"p99": np.percentile(distances, 99), "max": distances.max()}
+    return {f"{name}{suffix}": round(100 * float(value) / length, 3) for name, value in errors.items()}
 
 
 def _from_sphere(points: np.ndarray) -> tuple[float, np.ndarray]:

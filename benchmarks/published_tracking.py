@@ -2,7 +2,7 @@
 
 Every step asks every interior voxel for its nearest center, moves the centers by a fixed mean of the two pulls, and goes on
 until the largest move is below the published threshold (Dvorak et al. 2022 and 2023). The query uses all cores.
-Lengths of the affinity are our own, so that both trackers hold the same centers to be kin.
+Lengths of the affinity are our own, so that both trackers relate the same centers.
 """
 
 from __future__ import annotations
@@ -131,10 +131,10 @@ def _settled(centers, old, weights, voxels, stop: float, deadline: float) -> Pub
         centers = best_motions(weights, old, centers).apply(old)
     frame = PublishedFrame(centers)
     for _ in range(MOST_STEPS):
-        found = cells(frame.centers, voxels)
+        owned = cells(frame.centers, voxels)
         to_rigid = best_motions(weights, old, frame.centers).apply(old) - frame.centers
-        move = (LLOYD_WEIGHT * (found.centroids - frame.centers) + ARAP_WEIGHT * to_rigid) / (LLOYD_WEIGHT + ARAP_WEIGHT)
-        frame.trace.append((time.perf_counter(), found.energy + _mean_square(to_rigid)))
+        move = (LLOYD_WEIGHT * (owned.centroids - frame.centers) + ARAP_WEIGHT * to_rigid) / (LLOYD_WEIGHT + ARAP_WEIGHT)
+        frame.trace.append((time.perf_counter(), owned.energy + _mean_square(to_rigid)))
         frame.centers = frame.centers + move
         if np.linalg.norm(move, axis=1).max() < stop:
             return frame
@@ -181,14 +181,14 @@ def energies(trajectory: list[np.ndarray], meshes: list[TriangleMesh], resolutio
     old_cells = old_voxels = None
     for index, (centers, mesh) in enumerate(zip(trajectory, meshes)):
         voxels = interior_voxels(mesh, resolution)
-        found, arap = cells(centers, voxels), 0.0
+        owned, arap = cells(centers, voxels), 0.0
         if index:
             old = trajectory[index - 1]
             motions = best_motions(affinity.weights(), old, centers)
             arap = _mean_square(motions.apply(old) - centers)
             affinity.update(centers, old_cells, old_voxels, motions)
-        result.append((found.energy / spacing**2, arap / spacing**2))
-        old_cells, old_voxels = found, voxels
+        result.append((owned.energy / spacing**2, arap / spacing**2))
+        old_cells, old_voxels = owned, voxels
     return result
 
 

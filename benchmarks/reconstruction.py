@@ -33,7 +33,7 @@ from refmesh_addon.pipeline.stages.tracking import track_sequence
 from . import meshlab
 
 SAMPLES = 30_000
-MAKERS = {
+METHODS = {
     "ours": (reconstruction.screened_poisson, remeshing.remeshed),
     "pymeshlab": (screened_poisson, meshlab.remeshed),
 }
@@ -46,8 +46,8 @@ def main() -> None:
     arguments = parser.parse_args()
     rows = []
     for group, task in enumerate(building_tasks(arguments.input, arguments.frames)):
-        for name, makers in MAKERS.items():
-            rows.append({"group": group, "maker": name, **measured(*task, *makers)})
+        for name, method in METHODS.items():
+            rows.append({"group": group, "method": name, **measured(*task, *method)})
             print("  ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
     print(json.dumps({"benchmark": "reconstruction", "input": Path(arguments.input).name, "frames": arguments.frames, "rows": rows}))
 

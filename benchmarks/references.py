@@ -1,4 +1,4 @@
-"""Reference meshes made in several ways, side by side: python -m benchmarks.references INPUT [--frames 6-10]
+"""Reference meshes extracted in several ways, side by side: python -m benchmarks.references INPUT [--frames 6-10]
 
 The frames given are tracked once and are one group, except where the way is a grouping. Each way makes a reference mesh, which
 is carried to every frame by the centers alone (`carried`) and then fitted (`fitted`), by the same code for all. Distances are
@@ -67,9 +67,9 @@ def main() -> None:
 
 def ways(take: Take, workers: Workers) -> dict[str, Callable[[], list[Group]]]:
     """Name -> what makes the reference meshes."""
-    made = {name: lambda settings=settings: [Group(take, extracted(take, settings, workers))] for name, settings in EXTRACTED.items()}
-    made |= {name: lambda size=size: grouped(take, size, workers) for name, size in GROUPINGS.items()}
-    return made | {name: lambda choose=choose: [Group(take, frame_as_reference(take, choose(take)))] for name, choose in CHOSEN.items()}
+    table = {name: lambda settings=settings: [Group(take, extracted(take, settings, workers))] for name, settings in EXTRACTED.items()}
+    table |= {name: lambda size=size: grouped(take, size, workers) for name, size in GROUPINGS.items()}
+    return table | {name: lambda choose=choose: [Group(take, frame_as_reference(take, choose(take)))] for name, choose in CHOSEN.items()}
 
 
 def grouped(take: Take, size: int, workers: Workers) -> list[Group]:
@@ -84,15 +84,15 @@ def grouped(take: Take, size: int, workers: Workers) -> list[Group]:
 
 
 def figures(groups: list[Group], workers: Workers) -> dict[str, float | int | None]:
-    """Of the reference meshes made in one way; distances are from the source, `_back` those to it, where its holes and contacts count."""
-    found = [judged(group.take, group.reference, DeformationSettings(), workers) for group in groups]
+    """Of reference meshes extracted in one way; distances are from the source, `_back` those to it, including its holes and contacts."""
+    results = [judged(group.take, group.reference, DeformationSettings(), workers) for group in groups]
     frames = [len(group.take.meshes) for group in groups]
     before, after = ([iou for group in groups for iou in getattr(group.reference, name)] for name in ("before", "after"))
     distances = {}
     for kind in ("carried", "fitted"):
         for suffix, side in (("", "source_to_deformed"), ("_back", "deformed_to_source")):
             for name in ("mean", "p99", "max"):
-                values = [one[kind][f"{side}_{name}"] for one in found]
+                values = [one[kind][f"{side}_{name}"] for one in results]
                 distances[f"{kind}{suffix}_{name}"] = max(values) if name == "max" else float(np.average(values, weights=frames))
     return {
         "groups": len(groups),

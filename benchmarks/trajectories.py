@@ -99,37 +99,37 @@ def judge(case: Case, positions: np.ndarray, spacing: float) -> Judgement:
 def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float) -> dict[str, float]:
     """What is reported of one case."""
     positions, spacing = np.stack([state.centers for state in states]), states[0].affinity.spacing
-    found = judge(case, positions, spacing)
-    errors, dfu = found.errors[found.judged], [state.dfu for state in states]
-    wrong = found.wrong.sum(axis=1) / np.maximum(found.judged.sum(axis=1), 1)
+    judgement = judge(case, positions, spacing)
+    errors, dfu = judgement.errors[judgement.judged], [state.dfu for state in states]
+    wrong = judgement.wrong.sum(axis=1) / np.maximum(judgement.judged.sum(axis=1), 1)
     inside = case.depths(positions[-1], case.times[-1]).min(axis=0) < LOST * spacing
     result = {
         "median": np.median(errors),
         "p95": np.quantile(errors, 0.95),
-        "end_median": np.median(found.errors[-1][found.judged[-1]]),
-        **_of_bodies(found),
+        "end_median": np.median(judgement.errors[-1][judgement.judged[-1]]),
+        **_of_bodies(judgement),
         "wrong_end": wrong[-1],
         "wrong_worst": wrong.max(),
         "dfu_mean": np.mean(dfu),
         "dfu_end": dfu[-1],
         "lost": np.count_nonzero(~inside),
         "not_finite": np.count_nonzero(~np.isfinite(positions).all(axis=2)),
-        "judged": found.judged.mean(),
+        "judged": judgement.judged.mean(),
         "steps": np.mean([state.steps for state in states[1:]]),
         "seconds": seconds,
     }
-    if len(found.late):
-        in_late = lambda points: np.isin(case.bodies_of(points, case.times[-1]), found.late)
+    if len(judgement.late):
+        in_late = lambda points: np.isin(case.bodies_of(points, case.times[-1]), judgement.late)
         result["late_centers"] = in_late(positions[-1]).mean()
         result["late_volume"] = np.average(in_late(last.finest.positions), weights=last.finest.masses)
     return {name: round(float(value), 5) for name, value in result.items()}
 
 
-def _of_bodies(found: Judgement) -> dict[str, float]:
+def _of_bodies(judgement: Judgement) -> dict[str, float]:
     """Median and 95th percentile of each body that had centers at first, where there are several."""
-    bodies, result = np.unique(found.own), {}
+    bodies, result = np.unique(judgement.own), {}
     for body in bodies if len(bodies) > 1 else ():
-        errors = found.errors[found.judged & (found.own == body)]
+        errors = judgement.errors[judgement.judged & (judgement.own == body)]
         result |= {f"body_{body}_median": np.median(errors), f"body_{body}_p95": np.quantile(errors, 0.95)}
     return result
 

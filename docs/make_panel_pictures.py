@@ -68,9 +68,9 @@ def pictures() -> Iterator[float | None]:
     sidebar.active_panel_category = "RefMesh"
     yield 1.0
     panels = [getattr(bpy.types, name) for name in dir(bpy.types) if name.startswith("REFMESH_PT_")]
-    for page, (wanted, height) in PAGES.items():
+    for page, (names, height) in PAGES.items():
         owner.refmesh.settings.apart = marks(owner) if page == "reference" else ""
-        yield from alone(panels, [cls for cls in panels if cls.__name__.removeprefix("REFMESH_PT_") in wanted.split()])
+        yield from alone(panels, [cls for cls in panels if cls.__name__.removeprefix("REFMESH_PT_") in names.split()])
         top = bpy.context.window.height - sidebar.y - sidebar.height
         box = f"{sidebar.width}x{height}+{sidebar.x}+{top}"
         few = ["+dither", "-colors", "64"]

@@ -73,8 +73,8 @@ def write_pictures(frames: list[Image.Image]) -> None:
 
 def actors(out: Path, report: dict, frame: dict, index: int) -> list[tuple]:
     """(mesh, colours or None, material's name and colour) of the four actors of a frame, turned to the camera."""
-    with np.load(out / "centers.npz") as found:
-        first, centers = found["positions"][0], found["positions"][index]
+    with np.load(out / "centers.npz") as arrays:
+        first, centers = arrays["positions"][0], arrays["positions"][index]
     group = next(group for group in report["groups"] if frame["number"] in group["frames"])
     file = report["sequence"]["files"][index]
     return [

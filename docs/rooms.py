@@ -64,16 +64,16 @@ def box(package: str, lines: list[tuple[str, str]], place: tuple[float, float, f
     at = top + PADDING + LINE * 0.75
     elements.append(text(left + PADDING, at, package, "package"))
     has_rooms = any(name for name, _ in lines)
-    for name, words in lines:
+    for name, line in lines:
         at += LINE
         elements += [text(left + PADDING, at, name, "name")] if name else []
-        elements.append(text(left + PADDING + (NAME if has_rooms else 0), at, words))
+        elements.append(text(left + PADDING + (NAME if has_rooms else 0), at, line))
     return elements
 
 
-def text(left: float, base: float, words: str, kind: str = "") -> str:
+def text(left: float, base: float, content: str, kind: str = "") -> str:
     """An SVG text element."""
-    return f'<text x="{left:g}" y="{base:g}"{f" class={chr(34)}{kind}{chr(34)}" if kind else ""}>{escape(words)}</text>'
+    return f'<text x="{left:g}" y="{base:g}"{f" class={chr(34)}{kind}{chr(34)}" if kind else ""}>{escape(content)}</text>'
 
 
 def purpose(folder: Path) -> str:

@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 LOCK = ROOT / "environment" / "requirements.txt"
-STAMP = VENV / "made-from"  # written last: a .venv without it, or with another text in it, is made again
+STAMP = VENV / "made-from"  # written last: a .venv without it, or with another text in it, is created again
 PYTHON_VERSION = (3, 11)  # bpy 5.0 has wheels for no other
 # What a wheel loads -> the Debian package that has it. bpy needs all but the last, pymeshlab the last and libGL.
 # Only drawing with Workbench or EEVEE loads libEGL, but then bpy aborts without it.
@@ -44,7 +44,7 @@ TRIALS = ("import bpy", "import pymeshlab; pymeshlab.MeshSet().generate_surface_
 def main() -> None:
     check_python()
     with LOCK.open() as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # a second `make` waits here and then finds everything made
+        fcntl.flock(lock, fcntl.LOCK_EX)  # a second `make` waits here and then finds everything there
         install_packages(missing_packages())
         if not is_current():
             create_venv()

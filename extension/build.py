@@ -1,6 +1,6 @@
 """Build the extension's zips with Blender's own tool: python extension/build.py [--output FOLDER] [TARGET ...]
 
-A target is a platform in Blender's words, or "no-wheels". Wheels of the locked versions go to wheels/, unmodified as the
+A target is a platform as Blender names it, or "no-wheels". Wheels of the locked versions go to wheels/, unmodified as the
 index has them, the zips to build/. The same sources give the same bytes. With WITH_PYMESHLAB=1 in the environment the zips
 hold PyMeshLab as well and have it in their names.
 """
@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def build(target: str, output: Path) -> Path:
-    """The zip of one target, in a folder that is made where it is missing."""
+    """The zip of one target, in a folder that is created if missing."""
     output.mkdir(parents=True, exist_ok=True)
     source = output / "sources" / target
     copy_sources(source, target, [] if target == NO_WHEELS else download_wheels(target))

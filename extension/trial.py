@@ -53,7 +53,7 @@ class Blender:
         return TRIALS / self.name.replace(" ", "-")
 
     def run_steps(self, chapter: str, archive: Path, user: str) -> dict:
-        """Runs a chapter of trial_steps.py with the settings folder `user`; gives what it found."""
+        """Runs a chapter of trial_steps.py with the settings folder `user`; returns its results."""
         output = self.folder / chapter
         shutil.rmtree(output, ignore_errors=True)
         self.run([*self.command, str(STEPS), "--", chapter, str(archive), str(SAMPLE), str(output)], user)
@@ -97,22 +97,22 @@ def main() -> int:
 
 def trials(blender: Blender, archive: Path, bare: Path) -> list[tuple[str, Callable[[], dict]]]:
     """Name and action of each trial of one Blender."""
-    found = [
+    steps = [
         ("whole life", lambda: blender.run_steps("whole-life", archive, "user")),
         (f"broken {BROKEN}", lambda: try_broken(blender, archive)),
         ("no wheels", lambda: blender.run_steps("without-wheels", bare, "user-without-wheels")),
     ]
-    return [*found, ("command line", lambda: try_command_line(blender, archive))] if blender.name == "blender" else found
+    return [*steps, ("command line", lambda: try_command_line(blender, archive))] if blender.name == "blender" else steps
 
 
 def passes(name: str, action: Callable[[], dict]) -> bool:
     """Runs a trial and prints how it went."""
     try:
-        found = action()
+        results = action()
     except TrialFailed as failure:
         print(f"{name}: FAILED\n{failure}", flush=True)
         return False
-    print(f"{name}: passed; {'; '.join(f'{key}: {value}' for key, value in found.items())}", flush=True)
+    print(f"{name}: passed; {'; '.join(f'{key}: {value}' for key, value in results.items())}", flush=True)
     return True
 
 
@@ -125,7 +125,7 @@ def find_blender(name: str) -> Blender | None:
             print("blender: skipped, there is none on PATH and BLENDER names none", flush=True)
             return None
         return Blender(name, (program, "-b", "--factory-startup", "--python-exit-code", "1", "-P"), {})
-    # The Python that .venv was made from: one without the packages in .venv, as if Blender were alone.
+    # The Python that .venv was created from: one without the packages in .venv, as if Blender were alone.
     own = str(Path(sys.base_prefix, "bin", "python3.11"))
     python = own if series < "5.1" else os.environ.get("PYTHON313") or shutil.which("python3.13")
     if python != own and not has_pip(python):
@@ -140,15 +140,15 @@ def has_pip(python: str | None) -> bool:
 
 
 def install_packages(python: str, series: str) -> Path:
-    """The folder with the bpy package of a series, made where it is missing."""
-    wanted = PACKAGES[series]
-    folder = TRIALS / "packages" / "-".join(wanted).replace("==", "-")
+    """The folder with the bpy package of a series, created if missing."""
+    packages = PACKAGES[series]
+    folder = TRIALS / "packages" / "-".join(packages).replace("==", "-")
     if not folder.exists():
         partial = folder.with_name(f"{folder.name}.partial")
         shutil.rmtree(partial, ignore_errors=True)
-        print(f"installing {' '.join(wanted)} (300 MB to fetch, 1 GB on disk)", flush=True)
+        print(f"installing {' '.join(packages)} (300 MB to fetch, 1 GB on disk)", flush=True)
         options = ["--quiet", "--disable-pip-version-check", "--only-binary", ":all:", "--target", str(partial)]
-        subprocess.run([python, "-m", "pip", "install", *options, *wanted], check=True)
+        subprocess.run([python, "-m", "pip", "install", *options, *packages], check=True)
         partial.rename(folder)
     return folder
 
@@ -161,10 +161,10 @@ def try_broken(blender: Blender, archive: Path) -> dict:
         raise TrialFailed(f"no compiled file of {BROKEN} was unpacked")
     for path in compiled:
         path.write_bytes(path.read_bytes().replace(b"\0GLIBC_2.", b"\0GLIBC_9."))
-    found = blender.run_steps("crippled", archive, "user-broken")
-    if not all(BROKEN in found[door] for door in ("check", "job")):
-        raise TrialFailed(f"{BROKEN} is broken, but that is not what is said: {found}")
-    return found
+    results = blender.run_steps("crippled", archive, "user-broken")
+    if not all(BROKEN in results[door] for door in ("check", "job")):
+        raise TrialFailed(f"{BROKEN} is broken, but that is not what is said: {results}")
+    return results
 
 
 def try_command_line(blender: Blender, archive: Path) -> dict:

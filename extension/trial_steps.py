@@ -114,23 +114,23 @@ def speak_up(sample: str, output: str) -> dict:
 
 
 def refusal(action) -> str:
-    """The words with which an operator refuses."""
+    """The message with which an operator refuses."""
     try:
         action()
     except RuntimeError as error:
-        words = str(error).strip()
-        assert "Traceback" not in words, words
-        return words.splitlines()[0].removeprefix("Error: ")
+        message = str(error).strip()
+        assert "Traceback" not in message, message
+        return message.splitlines()[0].removeprefix("Error: ")
     raise AssertionError("it should have refused")
 
 
 def main() -> None:
     arguments = sys.argv[sys.argv.index("--") + 1 :]
     chapter = {"whole-life": whole_life, "install": only_install, "crippled": crippled, "without-wheels": without_wheels}[arguments[0]]
-    found = chapter(*arguments[1:])
+    results = chapter(*arguments[1:])
     versions = {"blender": bpy.app.version_string, "python": sys.version.split()[0]}
     Path(arguments[3]).mkdir(parents=True, exist_ok=True)
-    (Path(arguments[3]) / f"{arguments[0]}.json").write_text(json.dumps({**versions, **found}, indent=2), encoding="utf-8")
+    (Path(arguments[3]) / f"{arguments[0]}.json").write_text(json.dumps({**versions, **results}, indent=2), encoding="utf-8")
     if bpy.app.version < (4, 3) and not bpy.app.binary_path:
         # As a Python module, Blender 4.2 crashes at its end once any extension with a panel was removed, even one of ten lines.
         sys.stdout.flush()

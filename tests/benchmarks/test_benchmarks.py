@@ -76,14 +76,14 @@ def test_memory(cache):
     assert np.isfinite(numbers(found)).all()
 
 
-@pytest.mark.parametrize("makers", reconstruction.MAKERS.values(), ids=reconstruction.MAKERS)
-def test_reconstruction(makers):
+@pytest.mark.parametrize("method", reconstruction.METHODS.values(), ids=reconstruction.METHODS)
+def test_reconstruction(method):
     """The smallest group there is: one body, known in closed form."""
     ball = next(iter(SEQUENCES["tumble"]().frames(1)))
     rng = np.random.default_rng(0)
     points, owners = sample_surface(ball, 6000, rng)
     depth = reconstruction_depth(ball, 1000)
-    found = reconstruction.measured(points, triangle_normals(ball)[owners], 0.1 * ball.diagonal, 1000, depth, *makers)
+    found = reconstruction.measured(points, triangle_normals(ball)[owners], 0.1 * ball.diagonal, 1000, depth, *method)
     assert found["watertight"]
     assert found["crossing"] == 0
     assert found["triangles"] == pytest.approx(1000, rel=0.01)
@@ -109,8 +109,8 @@ def test_deformation_speed(cache):
     source = frames_folder("beam", FRAMES, cache)
     small = [option for name, value in (("centers", 40), ("resolution", 32), ("triangles", 600)) for option in ("--set", f"{name}={value}")]
     found = last_line("deformation_speed", str(source), "--frames", "1-2", "--repeat", "1", "--against", str(ROOT), *small)
-    assert set(found["found"]) == {"here", "against"}
-    assert all(row["deformed"] == 2 and row["triangles"] <= 600 and row["seconds"] > 0 for row in found["found"].values())
+    assert set(found["states"]) == {"here", "against"}
+    assert all(row["deformed"] == 2 and row["triangles"] <= 600 and row["seconds"] > 0 for row in found["states"].values())
     assert np.isfinite(numbers(found)).all() and found["ratio"] > 0
 
 

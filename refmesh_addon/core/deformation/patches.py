@@ -11,7 +11,7 @@ from ..geometry.mesh import vertex_normals
 from ..types import FrozenArrays, TriangleMesh
 
 PATCH_POINTS = 128  # finer sampling tells little more, and the cost is quadratic
-PATCH_RADIUS = 12.0  # of the length that the key points were found with; smaller ones mistake one limb for another
+PATCH_RADIUS = 12.0  # of the length that the key points were detected with; smaller ones mistake one limb for another
 BLOCK_ENTRIES = 1 << 15  # padded neighbours held at once: small enough for the processor's cache
 
 
