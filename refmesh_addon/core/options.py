@@ -7,12 +7,23 @@ from dataclasses import Field, field, fields
 from .errors import RefMeshError
 
 
-def option(default, help: str, *, low=None, high=None, choices: dict[str, str] | None = None, label: str | None = None):
+def option(
+    default,
+    help: str,
+    *,
+    low=None,
+    high=None,
+    choices: dict[str, str] | None = None,
+    titles: dict[str, str] | None = None,
+    label: str | None = None,
+):
     """A dataclass field with what a panel or a command line needs to show it.
 
-    low, high : inclusive bounds of a number.  choices : name -> one-line explanation.  label : as the panel shows it.
+    low, high : inclusive bounds of a number.  choices : name -> one-line explanation.
+    titles : name -> how the panel writes it, where that is not the name itself.  label : as the panel shows the setting.
     """
-    return field(default=default, metadata={"help": help, "low": low, "high": high, "choices": choices, "label": label})
+    texts = {"help": help, "choices": choices, "titles": titles or {}, "label": label}
+    return field(default=default, metadata={"low": low, "high": high, **texts})
 
 
 def check_value(item: Field, value: object) -> None:

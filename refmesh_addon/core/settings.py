@@ -55,6 +55,20 @@ class TrackingSettings(StageSettings):
 class ReferenceSettings(StageSettings):
     """One reference mesh for each group of frames."""
 
+    segments: str = option(
+        "groups",
+        "How many frames have one mesh, and so one set of vertex numbers and UVs",
+        choices={
+            "long": "As long as one mesh serves them nearly as well as meshes of their groups",
+            "groups": "Each group has a mesh of its own, as in the paper",
+            "frames": "A given number of frames",
+        },
+        titles={"long": "As Long as It Holds", "groups": "Each Group", "frames": "N Frames"},
+        label="One Mesh for",
+    )
+    segment_frames: int = option(
+        60, "Frames that have one mesh when their number is given", low=1, high=100_000, label="Frames of One Mesh"
+    )
     group_size: int = option(
         5,
         "Frames that share one reference mesh; 0 (auto) chooses groups by content: they end where bodies have deformed much or where "
@@ -249,6 +263,7 @@ PRESETS: dict[str, dict[str, object]] = {
     "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},
     "standard": {},
     "paper": {
+        "segments": "groups",
         "resolution": 512,
         "mapping": "rbf",
         "reconstruction": "pymeshlab",

@@ -32,7 +32,7 @@ class GroupReport:
     layout : path of the texture layout, texture : of the steady texture; layout_charts, layout_stretch (1 is none), layout_area : its
     figures; all None without color.
     left_out : numbers of frames that do not count for the surface.  handover : from the next group's first deformed frame to
-    this group's mesh deformed to that frame; None for the last group and until it is evaluated.
+    this group's mesh deformed to that frame; None for the last group and until it is evaluated.  reason : why another mesh begins here.
     """
 
     index: int
@@ -56,6 +56,7 @@ class GroupReport:
     layout_charts: int | None = None
     layout_stretch: float | None = None
     layout_area: float | None = None
+    reason: str | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,8 @@ class FrameReport:
     """One deformed frame; the distances are None until it is evaluated.
 
     deformed : path relative to the output folder.  flipped : share of triangles that face against their surroundings and against
-    the source.  held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
+    the source.  overstretched : share of the surface whose triangles are stretched far beyond the reference.
+    held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : dB.
     texture, texture_mask : paths of the frame's picture and of the mask of what it shows of the capture; colored : path of the mesh with
@@ -77,6 +79,7 @@ class FrameReport:
     flipped: float = 0.0
     held: float = 0.0
     hidden: float = 0.0
+    overstretched: float = 0.0
     source_to_deformed: Distances | None = None
     deformed_to_source: Distances | None = None
     visible_to_source: Distances | None = None

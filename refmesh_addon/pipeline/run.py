@@ -20,8 +20,9 @@ from .stages.evaluation import evaluate
 from .stages.global_rounds import optimize_globally
 from .stages.marked_bodies import parsed_marks
 from .stages.reconstruction import check_available
-from .stages.reference import make_references
+from .stages.reference import References, make_references
 from .stages.reference_report import write_references
+from .stages.segments import SegmentPlan, first_plan, reviewed
 from .stages.tracking import track_sequence
 from .stages.tracking_by_group import track_groups
 from .stages.tracking_report import write_tracking
@@ -58,9 +59,9 @@ def _run_stages(spec: JobSpec, context: Context) -> None:
         tracking = _tracked(context)
         write_tracking(context, tracking)
     if REFERENCE in spec.stages:
+        plan, references = _references(context, tracking, DEFORMATION in spec.stages)
         with context.timed(REFERENCE):
-            references = make_references(context, tracking)
-            write_references(context, tracking, references)
+            write_references(context, tracking, references, plan.reasons)
     if DEFORMATION in spec.stages:
         with context.timed(DEFORMATION):
             deformed = deform(context, tracking, references)
@@ -79,3 +80,18 @@ def _tracked(context: Context) -> TrackingResult:
     if context.settings.tracking.tracking == "group":
         return track_groups(context)
     return optimize_globally(context, track_sequence(context))
+
+
+def _references(context: Context, tracking: TrackingResult, to_deform: bool) -> tuple[SegmentPlan, References]:
+    """The runs of frames that share a mesh, with their meshes. What one mesh serves shows only once it is deformed to the frames."""
+    with context.timed(REFERENCE):
+        plan = first_plan(context, tracking)
+        references = make_references(context, tracking, plan.grouped)
+    while to_deform and not plan.final:
+        with context.timed(DEFORMATION):
+            deformed = deform(context, tracking, references)
+        with context.timed(EVALUATION):
+            plan = reviewed(context, tracking, plan, deformed)
+        with context.timed(REFERENCE):
+            references = make_references(context, tracking, plan.grouped)
+    return plan, references

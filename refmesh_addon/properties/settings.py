@@ -20,7 +20,8 @@ def blender_property(setting, **options):
     meta, default = setting.metadata, setting.default
     shared = {"name": meta["label"] or title(setting.name), "description": meta["help"], "default": default, **options}
     if meta["choices"] is not None:
-        return EnumProperty(items=[(key, title(key), explanation) for key, explanation in meta["choices"].items()], **shared)
+        items = [(key, meta["titles"].get(key, title(key)), explanation) for key, explanation in meta["choices"].items()]
+        return EnumProperty(items=items, **shared)
     if isinstance(default, bool):
         return BoolProperty(**shared)
     if isinstance(default, str):

@@ -9,7 +9,6 @@ import numpy as np
 from scipy import sparse
 
 from ..geometry.self_intersection import crossing_triangles
-from ..progress import Progress, ignore
 from ..settings import ReferenceSettings
 from ..surfacing.reconstruction import screened_poisson
 from ..surfacing.remeshing import remeshed
@@ -67,16 +66,18 @@ def place_centers(
     weights: sparse.csr_matrix,
     spacing: float,
     settings: ReferenceSettings,
-    progress: Progress = ignore,
     bodies: np.ndarray | None = None,
+    by_body: bool = False,
 ) -> GroupCenters:
     """Reference centers and affinity of a group.
 
     positions : (F, C, 3) tracked centers, scene units.  weights : (C, C) affinities of the tracking.  spacing : s, scene units.
     bodies : (C,) marked bodies that must be apart, as `marked_bodies` gives them; None for none.
+    by_body : distances between bodies that the take has shown apart do not shape either, as over a long run of frames.
     """
     weights = within_bodies(weights, bodies)
-    reference = reference_centers(positions, progress, settings.stress)
+    own = bodies_of(positions[0], weights) if by_body else None
+    reference = reference_centers(positions, counted=settings.stress, bodies=own)
     affinity = group_affinity(positions, reference.anchor, weights, spacing).weights()
     # Bodies that the whole take has shown apart are two also in a group that never shows them apart.
     affinity = within_bodies(within_bodies(affinity, bodies_of(reference.positions, weights)), bodies)

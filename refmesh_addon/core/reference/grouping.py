@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 STRESS_COST = 0.02  # root mean square stress of a group's frames that costs as much as one more group
 CONTACT_COST = 3.0  # cost, in groups, of touching throughout for all pairs that ever touch
+MAX_PAIRS = 5000  # of centers that a cut in two is judged by
 TOUCHING = 1.25  # distance, in s, below which centers of different bodies touch
 
 
@@ -74,6 +75,19 @@ def content_groups(
         groups.append(tuple(range(start_of[stop], stop)))
         stop = start_of[stop]
     return groups[::-1]
+
+
+def least_strained_cut(positions: np.ndarray, affinity: sparse.csr_matrix, candidates: list[int]) -> int:
+    """The candidate at which a run of frames is best cut in two: where both parts together have the least stress.
+
+    positions : (F, C, 3) tracked centers.  affinity : (C, C) weights; only pairs with affinity count.  candidates : rows, none of them 0.
+    """
+    pairs = sparse.triu(affinity, 1).tocoo()
+    chosen = np.unique(np.linspace(0, len(pairs.row) - 1, min(len(pairs.row), MAX_PAIRS)).astype(int))
+    first, second = pairs.row[chosen], pairs.col[chosen]
+    distances = np.array([np.linalg.norm(centers[first] - centers[second], axis=1) for centers in positions])
+    missed = lambda part: float(((part.max(axis=0) - part) ** 2).sum())
+    return min(candidates, key=lambda start: missed(distances[:start]) + missed(distances[start:]))
 
 
 def _misfits(distances: np.ndarray) -> np.ndarray:

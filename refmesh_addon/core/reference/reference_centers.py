@@ -16,7 +16,7 @@ from ..progress import Progress, ignore
 from ..settings import choices_of
 from ..types import FrozenArrays
 from ..variants import check_variant
-from .smacof import near_weights, smacof, stress
+from .smacof import near_weights, pooled_stress, smacof
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,16 @@ class ReferenceCenters(FrozenArrays):
     frame_stress: np.ndarray
 
 
-def reference_centers(positions: np.ndarray, progress: Progress = ignore, counted: str = "plain") -> ReferenceCenters:
+def reference_centers(
+    positions: np.ndarray, progress: Progress = ignore, counted: str = "plain", bodies: np.ndarray | None = None
+) -> ReferenceCenters:
     """Reference centers of a group.
 
     positions : (F, C, 3) float64, scene units; row f is the centers in frame f of the group.
     counted : "plain", all pairs equally, or "near", pairs by the inverse square of their largest distance (Sammon 1969 has the
     inverse). The anchor and the stresses returned are those of plain stress either way.
+    bodies : (C,) number of the body of each center; distances between bodies then count for nothing, and each body lies where it does
+    in the anchor frame. None for one body.
     Memory: five (C, C) float64 matrices at a time, 640 MB for 4000 centers; eight, 1 GB, for "near".
     Raises ValueError for another shape or an unknown way of counting.
 
@@ -48,12 +52,17 @@ def reference_centers(positions: np.ndarray, progress: Progress = ignore, counte
     check_variant("counted", counted, choices_of("stress"))
     if positions.ndim != 3 or positions.shape[2] != 3 or not len(positions):
         raise ValueError(f"positions must be (F, C, 3); got {positions.shape}")
-    distances = largest_distances(positions)
-    frame_stress = np.array([stress(centers, distances) for centers in positions])
+    members = [np.arange(positions.shape[1])] if bodies is None else [np.flatnonzero(bodies == body) for body in np.unique(bodies)]
+    distances = [largest_distances(positions[:, own]) for own in members]
+    pooled = lambda centers: pooled_stress([centers[own] for own in members], distances)
+    frame_stress = np.array([pooled(centers) for centers in positions])
     anchor = int(np.argmin(frame_stress))
-    embedded = smacof(distances, positions[anchor], progress, near_weights(distances) if counted == "near" else None)
-    aligned = rigidly_aligned(embedded, positions[anchor])
-    return ReferenceCenters(aligned, anchor, stress(aligned, distances), frame_stress)
+    aligned = np.empty(positions.shape[1:])
+    for own, largest in zip(members, distances, strict=True):
+        start = positions[anchor, own]
+        embedded = smacof(largest, start, progress, near_weights(largest) if counted == "near" else None)
+        aligned[own] = rigidly_aligned(embedded, start)
+    return ReferenceCenters(aligned, anchor, pooled(aligned), frame_stress)
 
 
 def largest_distances(positions: np.ndarray) -> np.ndarray:

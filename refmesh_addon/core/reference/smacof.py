@@ -17,9 +17,17 @@ MIN_SHARE = 0.01  # of the median distance; nearer pairs get no more weight, or 
 
 def stress(points: np.ndarray, distances: np.ndarray) -> float:
     """The paper's equation (3): root of the share of the squared (C, C) distances that (C, 3) points miss; 0 for a perfect fit."""
-    total = np.einsum("ij,ij->", distances, distances)
-    misfit = distances - squareform(pdist(points))
-    return float(np.sqrt(np.einsum("ij,ij->", misfit, misfit) / total)) if total > 0 else 0.0
+    return pooled_stress([points], [distances])
+
+
+def pooled_stress(points: list[np.ndarray], distances: list[np.ndarray]) -> float:
+    """The same over several sets of points, each with the distances within it only."""
+    total = sum(np.einsum("ij,ij->", own, own) for own in distances)
+    missed = 0.0
+    for places, own in zip(points, distances, strict=True):
+        misfit = own - squareform(pdist(places))
+        missed += np.einsum("ij,ij->", misfit, misfit)
+    return float(np.sqrt(missed / total)) if total > 0 else 0.0
 
 
 def near_weights(distances: np.ndarray) -> np.ndarray:

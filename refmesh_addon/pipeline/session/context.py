@@ -59,11 +59,11 @@ class Context(Session):
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
-        """Measures the seconds of a stage and writes the report when it is done."""
+        """Adds to the seconds of a stage and writes the report when it is done."""
         start = time.perf_counter()
         self.notify(stage, None, READING_SHARE if stage == TRACKING else 0.0)
         yield
-        self.report.seconds[stage] = time.perf_counter() - start
+        self.report.seconds[stage] = self.report.seconds.get(stage, 0.0) + time.perf_counter() - start
         self.report.write(self.output)
 
     def remove_stale(self, pattern: str, keep: list[str]) -> None:

@@ -101,7 +101,7 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
 
     number = context.numbers[frame]
     entry = f"deformation/handover_{group.index:03d}" if frame == group.handover else f"deformation/frame_{number:04d}"
-    return WorkUnit(entry, group.key, arguments, number)
+    return WorkUnit(group.folder + entry, group.key, arguments, number)
 
 
 def _smoothing_key(context: Context, group: FrameGroup) -> str:
@@ -115,4 +115,4 @@ def _smoothing(context: Context, references: References, fitted: Mapping[tuple[i
         times = np.array([context.numbers[frame] for frame in group.reached])
         return references.meshes[group.index].mesh, frames, times, context.settings.deformation.steady_frames
 
-    return WorkUnit(f"deformation/group_{group.index:03d}", group.key, arguments)
+    return WorkUnit(f"{group.folder}deformation/group_{group.index:03d}", group.key, arguments)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from ...core.evaluation.error_scale import error_colors
 from ...core.evaluation.metrics import MeasuredFrame
+from ...core.evaluation.stretch import RestShape
 from ...io.files import output_folder
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
@@ -35,8 +36,10 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
     """
     output_folder(context.output / DEFORMED_FOLDER)
     for group in deformed.groups:
+        rest = RestShape(deformed.references[group.index].mesh)
         for row, frame in enumerate(group.frames):
-            entry = _frame_report(context, deformed, group, row)
+            stretched = rest.overstretched(deformed.smoothed[group.index].vertices[row])
+            entry = replace(_frame_report(context, deformed, group, row), overstretched=stretched)
             colors = None
             if measured is not None:
                 entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report

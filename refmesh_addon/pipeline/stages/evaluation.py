@@ -22,9 +22,7 @@ HANDOVERS = StageShare(EVALUATION, 0.85, 1.0)
 
 def evaluate(context: Context, deformed: DeformedSequence) -> Mapping[int, MeasuredFrame]:
     """The distances of all frames, by index; those of the hand-overs go into the report."""
-    groups = deformed.groups
-    units = {frame: _frame_unit(context, deformed, group, frame) for group in groups for frame in group.frames}
-    measured = cached_map(context, measure, units, MeasuredFrame, FRAMES)
+    groups, measured = deformed.groups, measure_frames(context, deformed)
     handovers = {group.index: _handover_unit(context, deformed, group) for group in groups[:-1]}
     for index, handover in cached_map(context, measure, handovers, MeasuredFrame, HANDOVERS).items():
         distance = handover.distances.source_to_deformed
@@ -32,11 +30,17 @@ def evaluate(context: Context, deformed: DeformedSequence) -> Mapping[int, Measu
     return measured
 
 
+def measure_frames(context: Context, deformed: DeformedSequence) -> Mapping[int, MeasuredFrame]:
+    """The distances of all frames, by index."""
+    units = {frame: _frame_unit(context, deformed, group, frame) for group in deformed.groups for frame in group.frames}
+    return cached_map(context, measure, units, MeasuredFrame, FRAMES)
+
+
 def _frame_unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
     settings, number = context.settings.evaluation, context.numbers[frame]
     key = digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], group.key, number)
     arguments = lambda: (context.frames.mesh(frame), deformed.mesh(group, frame), settings.samples)
-    return WorkUnit(f"evaluation/frame_{number:04d}", key, arguments, number)
+    return WorkUnit(f"{group.folder}evaluation/frame_{number:04d}", key, arguments, number)
 
 
 def _handover_unit(context: Context, deformed: DeformedSequence, group: FrameGroup) -> WorkUnit:

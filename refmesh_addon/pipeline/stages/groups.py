@@ -17,12 +17,15 @@ class FrameGroup:
 
     frames : indices into the sequence.  handover : the next group's first frame, which this group's mesh is carried to as well, or
     None for the last group.  key : of all that is made of these frames.
+    segment : whether it is a run that may be far longer than a group of the method.  folder : in the cache, "" or "NAME/".
     """
 
     index: int
     frames: tuple[int, ...]
     handover: int | None
     key: str
+    segment: bool = False
+    folder: str = ""
 
     @property
     def reached(self) -> tuple[int, ...]:

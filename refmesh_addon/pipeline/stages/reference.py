@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...core.progress import ignore
 from ...core.reference.alignment import AnchorFrame
 from ...core.reference.budget import points_per_frame, triangle_budget
 from ...core.reference.group import (
@@ -27,30 +26,35 @@ from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
 from ..session.job import REFERENCE
 from ..session.session import StageShare
-from .groups import FrameGroup, chosen_groups
-from .marked_bodies import bodies_apart
+from .groups import FrameGroup
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
 
 REFERENCE_SCHEMA = 9
+SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
 ALIGNING = StageShare(REFERENCE, 0.1, 0.7)
 BUILDING = StageShare(REFERENCE, 0.7, 1.0)
 # Settings that a group's mesh depends on through its frames, and through the bodies that the centers belong to, only.
-INDIRECT = ("group_size", "longest_group", "group_starts", "apart")
+INDIRECT = ("group_size", "longest_group", "group_starts", "apart", "segments", "segment_frames")
 
 
 @dataclass(frozen=True)
-class AlignedGroups:
-    """The groups of a sequence and their frames in reference positions, read from the cache when they are asked for.
-
-    bodies : (C,) that must be apart, or None.  centers : by index of the group.
-    aligned : by index of the group and index of the frame, hand-overs included.
-    """
+class GroupedFrames:
+    """The groups of a sequence.  bodies : (C,) that must be apart, or None."""
 
     groups: tuple[FrameGroup, ...]
     bodies: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class AlignedGroups(GroupedFrames):
+    """The groups of a sequence and their frames in reference positions, read from the cache when they are asked for.
+
+    centers : by index of the group.  aligned : by index of the group and index of the frame, hand-overs included.
+    """
+
     centers: Mapping[int, GroupCenters]
     aligned: Mapping[tuple[int, int], AlignedFrame]
 
@@ -76,22 +80,36 @@ class GroupAnchor(Keyed):
     settings: ReferenceSettings
 
 
-def make_references(context: Context, tracking: TrackingResult) -> References:
-    """The reference mesh of each group. Raises RefMeshError for marked bodies that contradict each other."""
-    aligned = align_groups(context, tracking)
+def make_references(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> References:
+    """The reference mesh of each group."""
+    aligned = align_groups(context, tracking, grouped)
     meshes = cached_map(context, build_with, building_units(context, aligned), ReferenceMesh, BUILDING)
     return References(**vars(aligned), meshes=meshes)
 
 
-def align_groups(context: Context, tracking: TrackingResult) -> AlignedGroups:
-    """All frames in the reference positions of their groups. Raises RefMeshError as `make_references` does."""
-    bodies = bodies_apart(context, tracking)
-    groups = _groups(context, tracking, bodies)
-    placed = {group.index: _placing(context, tracking, group, bodies) for group in groups}
+def align_groups(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> AlignedGroups:
+    """All frames in the reference positions of their groups."""
+    groups = grouped.groups
+    placed = {group.index: _placing(context, tracking, group, grouped.bodies) for group in groups}
     centers = cached_map(context, place_centers, placed, GroupCenters, PLACING)
     pairs = [(group, frame) for group in groups for frame in group.reached]
     units = {(group.index, frame): _alignment(context, tracking, group, frame, centers) for group, frame in pairs}
-    return AlignedGroups(groups, bodies, centers, cached_map(context, align_to_anchor, units, AlignedFrame, ALIGNING))
+    return AlignedGroups(groups, grouped.bodies, centers, cached_map(context, align_to_anchor, units, AlignedFrame, ALIGNING))
+
+
+def group_frames(
+    context: Context, tracking: TrackingResult, bodies: np.ndarray | None, runs: list[tuple[int, ...]], **kind: object
+) -> GroupedFrames:
+    """Runs of frames, as indices in order, as groups.
+
+    bodies : (C,) that must be apart, or None.  kind : `segment` and `folder` of all the groups.
+    """
+    settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
+    more = ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
+    handovers = [following[0] for following in runs[1:]] + [None]
+    keys = [digest(REFERENCE_SCHEMA, tracking.range_of(frames[0]).key, frames, settings, *more) for frames in runs]
+    rows = enumerate(zip(runs, handovers, keys, strict=True))
+    return GroupedFrames(tuple(FrameGroup(index, *row, **kind) for index, row in rows), bodies)
 
 
 def building_units(context: Context, aligned: AlignedGroups) -> dict[int, WorkUnit]:
@@ -114,22 +132,13 @@ def counts_for_the_surface(context: Context, aligned: AlignedFrame) -> bool:
     return aligned.iou_after >= context.settings.reference.least_overlap
 
 
-def _groups(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> tuple[FrameGroup, ...]:
-    settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
-    apart = [] if bodies is None else [bodies.tolist()]
-    chosen = chosen_groups(context, tracking)
-    handovers = [following[0] for following in chosen[1:]] + [None]
-    keys = [digest(REFERENCE_SCHEMA, tracking.range_of(frames[0]).key, frames, settings, *apart) for frames in chosen]
-    return tuple(FrameGroup(index, *item) for index, item in enumerate(zip(chosen, handovers, keys, strict=True)))
-
-
 def _placing(context: Context, tracking: TrackingResult, group: FrameGroup, bodies: np.ndarray | None) -> WorkUnit:
     def arguments() -> tuple:
         own = tracking.range_of(group.frames[0])
         positions, settings = tracking.centers_in(group.frames), context.settings.reference
-        return positions, own.load_affinity(), own.spacing, settings, ignore, bodies
+        return positions, own.load_affinity(), own.spacing, settings, bodies, group.segment
 
-    return WorkUnit(f"reference/centers_{group.index:03d}", group.key, arguments, context.numbers[group.frames[0]])
+    return WorkUnit(f"{group.folder}reference/centers_{group.index:03d}", group.key, arguments, context.numbers[group.frames[0]])
 
 
 def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, frame: int, centers: Mapping[int, GroupCenters]) -> WorkUnit:
@@ -143,7 +152,7 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
 
     number = context.numbers[frame]
     entry = f"reference/handover_{group.index:03d}" if frame == group.handover else f"reference/aligned_{number:04d}"
-    return WorkUnit(entry, group.key, arguments, number)
+    return WorkUnit(group.folder + entry, group.key, arguments, number)
 
 
 def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> WorkUnit:
@@ -157,7 +166,7 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
         depth = settings.poisson_depth or reconstruction_depth(anchor, triangles)
         return settings.reconstruction, points, normals, centers.spacing, triangles, depth
 
-    return WorkUnit(f"reference/mesh_{group.index:03d}", group.key, arguments)
+    return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
 
 
 def _budget(context: Context, group: FrameGroup) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ...core.geometry.mesh import is_watertight, vertex_components
 from ...io.files import output_folder
 from ...io.ply import write_ply
@@ -14,11 +16,14 @@ from .tracking_report import write_centers
 from .tracking_result import TrackingResult
 
 
-def write_references(context: Context, tracking: TrackingResult, references: References) -> None:
-    """The mesh of each group as PLY and in the report, and centers.npz with the reference centers."""
+def write_references(context: Context, tracking: TrackingResult, references: References, reasons: tuple[str, ...]) -> None:
+    """The mesh of each group as PLY and in the report, and centers.npz with the reference centers.
+
+    reasons : why each group begins where it does.
+    """
     output_folder(context.output / "reference")
     for group in references.groups:
-        entry = _group_report(context, references, group)
+        entry = replace(_group_report(context, references, group), reason=reasons[group.index])
         write_ply(context.output / entry.reference, references.meshes[group.index].mesh)
         context.report.groups.append(entry)
         _warn_of_left_out(context, entry)

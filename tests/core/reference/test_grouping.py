@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from refmesh_addon.core.reference.grouping import TOUCHING, Contacts, content_groups
+from refmesh_addon.core.reference.grouping import TOUCHING, Contacts, content_groups, least_strained_cut
 from refmesh_addon.core.tracking.affinity import near_pairs
 
 SPACING = 1.0
@@ -82,3 +82,9 @@ def test_scale_changes_nothing():
 def test_an_empty_group_is_refused():
     with pytest.raises(ValueError, match="at least one frame"):
         content_groups(still(3), affinity_of(BLOCK), SPACING, 0)
+
+
+def test_a_run_is_cut_where_both_parts_deform_least():
+    rest = np.random.default_rng(0).random((30, 3))
+    positions = np.stack([rest * [1 + 0.01 * frame, 1, 1] + (frame >= 4) * rest[:, [1, 2, 0]] for frame in range(7)])
+    assert least_strained_cut(positions, sparse.csr_matrix(np.ones((30, 30))), [2, 4, 6]) == 4

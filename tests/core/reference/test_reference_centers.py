@@ -134,3 +134,15 @@ def test_near_pairs_are_kept_better_when_they_count_more():
     plain, near = (reference_centers(frames, counted=counted).positions for counted in ("plain", "near"))
     assert weighted(near, largest, near_weights(largest)) < weighted(plain, largest, near_weights(largest))
     assert stress(near, largest) >= stress(plain, largest)
+
+
+def test_bodies_that_turn_against_each_other_keep_their_shapes_where_they_are_told_apart():
+    gear = random_points()
+    turns = [Rotation.from_rotvec([0, 0, angle]).as_matrix() for angle in np.linspace(0, np.pi, 7)]
+    frames = np.stack([np.concatenate([gear @ turn.T, gear @ turn + [3, 0, 0]]) for turn in turns])
+    bodies = np.repeat([0, 1], len(gear))
+    joined, apart = reference_centers(frames), reference_centers(frames, bodies=bodies)
+    assert apart.stress == pytest.approx(0.0, abs=1e-9) and joined.stress > 0.01
+    assert_allclose(apart.positions, frames[apart.anchor], atol=1e-8)
+    one = reference_centers(frames, bodies=np.zeros(len(bodies), dtype=int))
+    assert_array_equal(one.positions, joined.positions)

@@ -1,0 +1,57 @@
+"""The limits of a segment: what its mesh must not do worse in a frame than a mesh made for that frame's group alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+# A mesh of the whole segment may be this many times as far from the source as the group's own, in the mean and at the 99th percentile:
+# seen side by side, distances that differ by less look the same.
+MEAN_RATIO, P99_RATIO = 1.5, 2.0
+# Distances below these, in shares of the diagonal, are never too far: a pixel in a picture 2000 pixels high is larger.
+MEAN_FLOOR, P99_FLOOR = 1e-4, 8e-4
+FLIPPED_MORE = 5e-4  # share of the triangles that may be flipped beyond what the group's own mesh has
+OVERSTRETCHED_MORE = 0.01  # share of the surface that may be over-stretched beyond that
+
+
+@dataclass(frozen=True)
+class FrameFigures:
+    """How well a mesh serves one frame.
+
+    mean, p99 : distance from source to deformed mesh, shares of the diagonal.  flipped : share of the triangles.
+    overstretched : share of the surface, as `RestShape` gives it.
+    """
+
+    mean: float
+    p99: float
+    flipped: float
+    overstretched: float
+
+
+USUAL = FrameFigures(mean=1e-4, p99=6e-4, flipped=0.0, overstretched=0.0)
+
+
+def passed_limits(frame: FrameFigures, own: FrameFigures) -> list[str]:
+    """The limits that the segment's mesh passes in a frame, in words with both figures; none where it serves the frame.
+
+    own : figures of a mesh made for the frame's group alone.
+    """
+    pairs = [
+        ("mean distance", frame.mean, own.mean, max(MEAN_RATIO * own.mean, MEAN_FLOOR), 3),
+        ("99th percentile of the distance", frame.p99, own.p99, max(P99_RATIO * own.p99, P99_FLOOR), 3),
+        ("flipped triangles", frame.flipped, own.flipped, own.flipped + FLIPPED_MORE, 2),
+        ("over-stretched surface", frame.overstretched, own.overstretched, own.overstretched + OVERSTRETCHED_MORE, 1),
+    ]
+    return [f"{name} {value:.{digits}%} against {other:.{digits}%}" for name, value, other, limit, digits in pairs if value > limit]
+
+
+def usual_figures(frames: Sequence[FrameFigures]) -> FrameFigures:
+    """What most frames reach, but no worse than a mesh of a group reaches on captures of all kinds: all frames may be bad."""
+    return FrameFigures(*(min(float(np.median([getattr(one, name) for one in frames])), most) for name, most in vars(USUAL).items()))
+
+
+def worse_of(first: FrameFigures, second: FrameFigures) -> FrameFigures:
+    """The larger of each of two figures."""
+    return FrameFigures(*(max(getattr(first, name), value) for name, value in vars(second).items()))
