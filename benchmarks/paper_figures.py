@@ -121,6 +121,7 @@ def write_table(path: Path, rows: list[dict]) -> None:
 def plot(path: Path, rows: list[dict], title: str) -> None:
     """Distance over group size: mean and Hausdorff, a line for each pipeline and number of centers."""
     from matplotlib.figure import Figure  # drawn without a window, and only in this process
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     axes = figure.subplots(1, 2)
@@ -130,6 +131,9 @@ def plot(path: Path, rows: list[dict], title: str) -> None:
             style = {"linestyle": LINES[pipeline], "marker": MARKERS.get(centers, "."), "color": COLORS.get(centers)}
             side.plot(*zip(*line), **style, label=f"{pipeline}, {centers} centers")
         side.set(xlabel="frames in the group", ylabel=f"{label} distance, % of the diagonal", title=title, yscale="log")
+        side.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        side.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        side.yaxis.set_minor_formatter(NullFormatter())
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper")
     figure.savefig(path, dpi=130)
 
