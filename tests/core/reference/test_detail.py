@@ -30,8 +30,8 @@ def test_the_finer_the_detail_the_less_of_it_is_kept():
     for waves in (2.0, 6.0, 18.0):
         offset = 0.05 * np.cos(waves * height)
         move = moved_along_normals(BALL, ALL, BALL.vertices + offset[:, None] * normals, 0.1) - BALL.vertices
-        found = np.einsum("ij,ij->i", move, normals)
-        kept.append(np.dot(found, offset) / np.dot(offset, offset))
+        result = np.einsum("ij,ij->i", move, normals)
+        kept.append(np.dot(result, offset) / np.dot(offset, offset))
     assert kept == sorted(kept, reverse=True)
     assert kept[0] > 0.95 and kept[-1] < 0.5
 
@@ -39,9 +39,9 @@ def test_the_finer_the_detail_the_less_of_it_is_kept():
 def test_where_there_is_no_target_the_offset_runs_on_and_bodies_without_any_stay():
     other = moved(BALL, shift=(5.0, 0, 0))
     chosen = np.flatnonzero(BALL.vertices[:, 2] > 0)
-    found = moved_along_normals(joined(BALL, other), chosen, 1.1 * BALL.vertices[chosen], 0.3)
-    assert_array_equal(found[len(ALL) :], other.vertices)
-    reach = np.linalg.norm(found[ALL], axis=1)
+    result = moved_along_normals(joined(BALL, other), chosen, 1.1 * BALL.vertices[chosen], 0.3)
+    assert_array_equal(result[len(ALL) :], other.vertices)
+    reach = np.linalg.norm(result[ALL], axis=1)
     assert reach.min() > 1.02 and reach.max() < 1.101
 
 

@@ -110,7 +110,7 @@ def test_a_vertex_belongs_to_the_center_just_below_it():
     assert_array_equal(owners[top], 0)
 
 
-def test_fewer_centers_than_neighbours(ring):
+def test_fewer_centers_than_neighbors(ring):
     lone = FrameMap(ring.mesh, ring.centers[:1], sparse.identity(1, format="csr"), 1.0)
     assert_allclose(lone.to(ring.centers[:1] + 2.0).vertices, ring.mesh.vertices + 2.0)
 

@@ -36,16 +36,16 @@ TRUE_TWO, TRUE_THREE = (np.repeat(np.arange(len(parts)), list(map(len, parts))) 
 def test_a_few_marks_find_two_boxes_that_move_as_one(picks, seed):
     rng = np.random.default_rng(seed)
     seeds = [rng.choice(np.flatnonzero(TRUE_TWO == body), picks, replace=False) for body in (0, 1)]
-    found = marked_bodies(moving(TWO), STEP, seeds)
-    assert np.mean(found != TRUE_TWO) < 0.03
+    result = marked_bodies(moving(TWO), STEP, seeds)
+    assert np.mean(result != TRUE_TWO) < 0.03
     for body, centers in enumerate(seeds):
-        assert (found[centers] == body).all()
+        assert (result[centers] == body).all()
 
 
 def test_three_bodies_on_top_of_each_other():
-    found = marked_bodies(moving(THREE), STEP, [[100], [len(LARGE) + 50], [len(THREE) - 1]])
+    result = marked_bodies(moving(THREE), STEP, [[100], [len(LARGE) + 50], [len(THREE) - 1]])
     height = np.abs(THREE[:, 2, None] - [0.7, 1.3]).min(axis=1)  # above or below a contact
-    assert np.mean(found != TRUE_THREE) < 0.05 and height[found != TRUE_THREE].max() < 2 * STEP
+    assert np.mean(result != TRUE_THREE) < 0.05 and height[result != TRUE_THREE].max() < 2 * STEP
 
 
 def test_all_centers_marked_are_taken_as_they_are():
@@ -55,8 +55,8 @@ def test_all_centers_marked_are_taken_as_they_are():
 
 def test_what_hangs_together_with_nothing_marked_belongs_to_no_body():
     far = np.concatenate([TWO, SMALL + [5.0, 0.0, 0.0], TALL + [9.0, 0.0, 0.0]])
-    found = marked_bodies(moving(far), STEP, [[0], [len(LARGE)], [len(TWO)]])
-    assert_array_equal(found[len(TWO) :], [2] * len(SMALL) + [-1] * len(TALL))
+    result = marked_bodies(moving(far), STEP, [[0], [len(LARGE)], [len(TWO)]])
+    assert_array_equal(result[len(TWO) :], [2] * len(SMALL) + [-1] * len(TALL))
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e4])

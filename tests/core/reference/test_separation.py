@@ -35,12 +35,12 @@ TOUCHING = scene(block((6, 4, 4)), block((3, 3, 3), (6, 0, 0)))
 
 def test_bodies_that_touch_come_apart_and_keep_their_shapes():
     positions, affinity = TOUCHING
-    found = taken_apart(positions, affinity, 1.0)
-    assert gap(found[:96], found[96:]) >= MIN_GAP * (1 - 1e-6)
-    assert gap(found[:96], found[96:]) < 1.5 * MIN_GAP
+    placed = taken_apart(positions, affinity, 1.0)
+    assert gap(placed[:96], placed[96:]) >= MIN_GAP * (1 - 1e-6)
+    assert gap(placed[:96], placed[96:]) < 1.5 * MIN_GAP
     for body in (slice(0, 96), slice(96, None)):
-        assert_allclose(pdist(found[body]), pdist(positions[body]), atol=1e-9)
-    moves = np.linalg.norm(found - positions, axis=1)
+        assert_allclose(pdist(placed[body]), pdist(positions[body]), atol=1e-9)
+    moves = np.linalg.norm(placed - positions, axis=1)
     assert moves[:96].max() < moves[96:].min(), "the larger one moves less"
 
 
@@ -65,8 +65,8 @@ def test_a_few_isolated_centers_count_with_the_nearest_body():
 
 def test_three_in_a_row_all_come_apart():
     positions, affinity = scene(*(block((3, 3, 3), (3 * k, 0, 0)) for k in range(3)))
-    found = taken_apart(positions, affinity, 1.0)
-    parts = np.split(found, 3)
+    placed = taken_apart(positions, affinity, 1.0)
+    parts = np.split(placed, 3)
     assert min(gap(parts[0], parts[1]), gap(parts[1], parts[2]), gap(parts[0], parts[2])) >= MIN_GAP * (1 - 1e-6)
 
 

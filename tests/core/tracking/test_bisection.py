@@ -24,8 +24,8 @@ def test_parts_have_the_same_mass():
 def test_parts_follow_a_body_that_is_turned_moved_and_scaled():
     change = lambda points: 10.0 * points @ TILT.T + [5.0, -70.0, 2.0]
     plain = equal_parts(VolumeSamples(POSITIONS, MASSES, 0.1), 60)
-    found = equal_parts(VolumeSamples(change(POSITIONS), MASSES, 1.0), 60)
-    assert_allclose(found, change(plain), atol=1e-9)
+    changed = equal_parts(VolumeSamples(change(POSITIONS), MASSES, 1.0), 60)
+    assert_allclose(changed, change(plain), atol=1e-9)
 
 
 def test_more_parts_than_samples_share_their_places():

@@ -106,12 +106,12 @@ def test_scaling_turning_and_moving_the_input_does_the_same_to_the_result(scale,
     changed = [moved(mesh, turn, (shift,) * 3, scale) for mesh in meshes]
     first, second, third = tracked(meshes)
     twin = moved_state(second, scale, turn, shift)
-    found = next_frame(twin, volume_of(changed[2]), SETTINGS)
+    state = next_frame(twin, volume_of(changed[2]), SETTINGS)
     expected = moved_state(third, scale, turn, shift)
-    assert_allclose(found.centers, expected.centers, atol=1e-6 * scale)
-    assert_allclose(found.affinity.values(), third.affinity.values(), atol=1e-6)
+    assert_allclose(state.centers, expected.centers, atol=1e-6 * scale)
+    assert_allclose(state.affinity.values(), third.affinity.values(), atol=1e-6)
     for name in ("dfu", "lloyd_energy", "arap_energy", "steps"):
-        assert getattr(found, name) == pytest.approx(getattr(third, name), rel=1e-4)
+        assert getattr(state, name) == pytest.approx(getattr(third, name), rel=1e-4)
 
 
 def test_bodies_that_meet_and_part_keep_their_centers():

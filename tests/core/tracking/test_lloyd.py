@@ -66,23 +66,23 @@ def test_the_energy_never_rises():
 def test_a_center_that_owns_nothing_goes_to_the_nearest_sample():
     samples = VolumeSamples(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([1.0, 2.0, 3.0]), 1.0)
     centers = np.array([[0.0, 0, 0], [1.6, 0, 0], [9.0, 5.0, 0]])
-    found = cells(centers, Ownership(samples))
-    assert_allclose(found.centroids, [[0, 0, 0], [1.6, 0, 0], [2, 0, 0]])
-    assert_allclose(found.masses, [1, 5, 0])
-    assert_allclose(found.second[2], 0.0)
+    result = cells(centers, Ownership(samples))
+    assert_allclose(result.centroids, [[0, 0, 0], [1.6, 0, 0], [2, 0, 0]])
+    assert_allclose(result.masses, [1, 5, 0])
+    assert_allclose(result.second[2], 0.0)
 
 
 def test_spread_is_even_inside_and_settled():
     volume = volume_of(BODY)
     centers = spread(volume, CENTERS)
     spacing = volume.center_spacing(CENTERS)
-    found = cells(centers, Ownership(volume.finest))
-    assert found.non_uniformity < 0.15
+    result = cells(centers, Ownership(volume.finest))
+    assert result.non_uniformity < 0.15
     assert cells(random_centers(volume), Ownership(volume.finest)).non_uniformity > 0.3
-    assert np.linalg.norm(found.centroids - centers, axis=1).max() < 0.05 * spacing
+    assert np.linalg.norm(result.centroids - centers, axis=1).max() < 0.05 * spacing
     ring = np.linalg.norm((centers @ TILT)[:, :2], axis=1)
     assert np.hypot(ring - 1.0, (centers @ TILT)[:, 2]).max() < 0.4, "inside the torus"
-    assert found.energy / spacing**2 < 0.3, "a ball of volume s^3 has 0.231, a cube 0.25"
+    assert result.energy / spacing**2 < 0.3, "a ball of volume s^3 has 0.231, a cube 0.25"
 
 
 def test_each_body_gets_its_share_of_the_centers():
@@ -109,5 +109,5 @@ def test_as_many_centers_as_voxels_and_more():
 def test_centers_scale_and_move_with_the_body(scale, shift):
     plain = spread(volume_of(BODY), CENTERS)
     changed = volume_of(moved(BODY, scale=scale, shift=(shift,) * 3))
-    found = spread(changed, CENTERS)
-    assert_allclose(found, scale * plain + shift, atol=1e-6 * changed.voxel)
+    result = spread(changed, CENTERS)
+    assert_allclose(result, scale * plain + shift, atol=1e-6 * changed.voxel)

@@ -21,15 +21,15 @@ def test_the_sum_of_squared_distances_is_the_least(scale):
     after = RNG.random((80, 3))
     table = ((BEFORE[:, None] - after[None]) ** 2).sum(axis=2)
     rows, columns = linear_sum_assignment(table)
-    found = assignment(scale * BEFORE, scale * after)
-    assert sorted(found) == list(range(80))
-    assert table[rows, found].sum() == pytest.approx(table[rows, columns].sum(), rel=1e-6)
+    partners = assignment(scale * BEFORE, scale * after)
+    assert sorted(partners) == list(range(80))
+    assert table[rows, partners].sum() == pytest.approx(table[rows, columns].sum(), rel=1e-6)
 
 
 def test_centers_that_crowd_elsewhere_still_get_one_partner_each():
     after = np.vstack([BEFORE[:20], 100 + RNG.random((60, 3))])
-    found = assignment(BEFORE, after)
-    assert sorted(found) == list(range(80))
+    partners = assignment(BEFORE, after)
+    assert sorted(partners) == list(range(80))
 
 
 def test_different_numbers_of_centers_are_refused():

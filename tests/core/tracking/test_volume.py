@@ -34,12 +34,12 @@ def test_every_level_keeps_the_mass_and_the_centroid_of_all_voxels():
 
 def blocks_by_loop(grid, inside, factor):
     """Mass and centroid of each block, block after block."""
-    found = []
+    blocks = []
     for corner in product(*(range(0, size, factor) for size in inside.shape)):
         cells = np.argwhere(inside[tuple(slice(start, start + factor) for start in corner)]) + corner
         if len(cells):
-            found.append((len(cells), grid.origin + (cells.mean(axis=0) + 0.5) * grid.spacing))
-    masses, centroids = zip(*found)
+            blocks.append((len(cells), grid.origin + (cells.mean(axis=0) + 0.5) * grid.spacing))
+    masses, centroids = zip(*blocks)
     return np.array(masses), np.array(centroids)
 
 
