@@ -15,6 +15,7 @@ from .rest_shape import coded_rest
 from .skinning import ROTATION_BITS, at_rest, blended, edge_lengths, node_weights
 from .topology import Topology
 
+ROUNDS = 3  # in which the shape at rest and the motion from it are fitted to each other
 MARGIN = 16 * STEP  # grid units around the frames, for a shape at rest that leaves their box a little
 
 
@@ -59,13 +60,15 @@ def encoded_group(coder: Coder, frames: np.ndarray, triangles: np.ndarray, balan
 
 
 def _mean_at_rest(topology: Topology, frames: np.ndarray, nodes: int) -> np.ndarray:
-    """(V, 3) the mean of all frames, each carried back to the middle one by the motion of control nodes."""
-    middle = frames[len(frames) // 2]
-    lengths = edge_lengths(topology.adjacency, middle)
-    chosen = spread_nodes(lengths, nodes)
-    weights = node_weights(lengths, chosen, reach_of(lengths, chosen))
-    rotations, shifts = fitted_motion(weights, middle, frames, chosen)
-    total = np.zeros(middle.shape)
-    for frame, rotation, shift in zip(frames, rotations, shifts):
-        total += at_rest(blended(weights, middle[chosen], (rotation * (1 << ROTATION_BITS), shift)), frame)
-    return total / len(frames)
+    """(V, 3) the mean of all frames, each carried back by the motion of control nodes; first near the middle frame, then near the mean."""
+    rest = frames[len(frames) // 2]
+    for _ in range(ROUNDS):
+        lengths = edge_lengths(topology.adjacency, np.rint(rest))
+        chosen = spread_nodes(lengths, nodes)
+        weights = node_weights(lengths, chosen, reach_of(lengths, chosen))
+        rotations, shifts = fitted_motion(weights, rest, frames, chosen)
+        total = np.zeros(rest.shape)
+        for frame, rotation, shift in zip(frames, rotations, shifts):
+            total += at_rest(blended(weights, rest[chosen], (rotation * (1 << ROTATION_BITS), shift)), frame)
+        rest = total / len(frames)
+    return rest
