@@ -1,62 +1,102 @@
-"""Whether a long take needs more memory, or more time per frame, than a short one: tracking by the real worker process.
+"""Whether a long take needs more memory, or more time per frame, than a short one: whole jobs by the real worker process.
 
-    python -m benchmarks.memory [--frames 30 300]
+    python -m benchmarks.memory [--frames 30 300] [--until evaluation]
 
-The long take is the short one played to and fro, so that the motion from frame to frame is the same in both.
+The long take is the short one played to and fro, so that the motion from frame to frame is the same in both. Meshes are of
+usual size, so that anything that is held of every frame shows; the settings spare all work that memory does not depend on.
+Needs the /proc file system of Linux.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
-import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 # Nothing here may load numpy: a child starts with the peak of the process that it was split from.
-from refmesh_addon.core.settings import Settings
+from refmesh_addon.core.settings import STAGES, Settings
 from refmesh_addon.pipeline.process.client import WORKER_MODULE
 from refmesh_addon.pipeline.process.environment import python_executable, worker_environment
 from refmesh_addon.pipeline.process.events import Event
 from refmesh_addon.pipeline.session.job import JobSpec
 
 SEQUENCE = "bar"
-PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in which the system states a peak
-PART = 3  # the start and the end of a take are its first and last third
+# Little work for each frame; the number of triangles alone decides how much is made of it.
+FAST = {"alignment_steps": 1, "arap_iterations": 1, "fit_rounds": 1, "samples": 500}
+POLL = 0.1  # seconds between two readings; each process states its own peak, so only its last moments may be missed
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One take: its frames, peak bytes, and seconds per frame in its first and last part."""
+    """One take: its frames, the sum of the peaks of all its processes in bytes, and seconds per frame."""
 
     frames: int
     peak: int
-    start: float
-    end: float
+    pace: float
 
 
-def measured(frames: list[Path], count: int, settings: Settings) -> Measured:
-    """Tracks `count` frames in a worker of its own."""
+class PeakMemory(threading.Thread):
+    """Reads the peak resident memory of a process and all its descendants while they run."""
+
+    def __init__(self, pid: int):
+        super().__init__(daemon=True)
+        self._pid, self._peaks, self._ended = pid, {}, threading.Event()
+
+    def run(self) -> None:
+        """Reads until `stop` is called."""
+        while not self._ended.wait(POLL):
+            for pid in descendants(self._pid):
+                self._peaks[pid] = max(self._peaks.get(pid, 0), peak_of(pid))
+
+    def stop(self) -> int:
+        """The sum of the peaks of all processes, bytes: an upper bound of what they held at any one time."""
+        self._ended.set()
+        self.join()
+        return sum(self._peaks.values())
+
+
+def descendants(pid: int) -> list[int]:
+    """The process itself, its children, their children, and so on."""
+    children: dict[int, list[int]] = {}
+    for folder in Path("/proc").iterdir():
+        with contextlib.suppress(OSError, ValueError, IndexError):  # one that ended meanwhile, or no process
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(folder.name))
+    found = [pid]
+    for one in found:
+        found += children.get(one, [])
+    return found
+
+
+def peak_of(pid: int) -> int:
+    """Peak resident memory of a process, bytes; 0 when it has ended."""
+    with contextlib.suppress(OSError):
+        for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return 1024 * int(line.split()[1])
+    return 0
+
+
+def measured(frames: list[Path], count: int, settings: Settings, until: str) -> Measured:
+    """Runs a job of `count` frames in a worker of its own."""
     with tempfile.TemporaryDirectory() as scratch:
         take = Path(scratch) / "take"
         take.mkdir()
         for number, frame in enumerate(to_and_fro(frames, count), 1):
             shutil.copyfile(frame, take / f"take_{number:04d}{frame.suffix}")
         job = Path(scratch) / "job.json"
-        job.write_text(JobSpec(str(take), str(Path(scratch) / "out"), settings=settings, until="tracking").to_json(), encoding="utf-8")
-        events, peak = run_worker(job)
-    # Frames are read first, and then tracked; while they are read the share done lags behind the frame.
-    moments = [(event.frame, when) for event, when in events if (event.frame or 0) > 1 and event.share >= (event.frame - 1) / count]
-    moments.append((count + 1, events[-1][1]))
-    if len(moments) < 2:
-        sys.exit(f"{count} frames are too few to time; give more with --frames")
-    part = max(len(moments) // PART, 2)
-    return Measured(count, peak, pace(moments[:part]), pace(moments[-part:]))
+        job.write_text(JobSpec(str(take), str(Path(scratch) / "out"), settings=settings, until=until).to_json(), encoding="utf-8")
+        began = time.perf_counter()
+        peak = run_worker(job)
+        return Measured(count, peak, (time.perf_counter() - began) / count)
 
 
 def to_and_fro(frames: list[Path], count: int) -> list[Path]:
@@ -65,46 +105,45 @@ def to_and_fro(frames: list[Path], count: int) -> list[Path]:
     return [loop[index % len(loop)] for index in range(count)]
 
 
-def run_worker(job: Path) -> tuple[list[tuple[Event, float]], int]:
-    """What the worker said and when, in seconds, and its peak in bytes."""
-    process = subprocess.Popen(
-        [python_executable(), "-m", WORKER_MODULE, str(job)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=worker_environment()
-    )
-    heard = [(Event("failed", "it left no message"), time.perf_counter())]
-    heard += [(event, time.perf_counter()) for line in process.stdout if (event := Event.from_line(line.decode()))]
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    process.stdin.close()
-    last = heard[-1][0]
+def run_worker(job: Path) -> int:
+    """Runs a job and gives the peak of its processes, bytes."""
+    command = [python_executable(), "-m", WORKER_MODULE, str(job)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=worker_environment()) as process:
+        memory = PeakMemory(process.pid)
+        memory.start()
+        last = Event("failed", "it left no message")
+        for line in process.stdout:
+            last = Event.from_line(line.decode()) or last
+        peak = memory.stop()
     if last.kind != "done":
         sys.exit(f"the worker ended with '{last.kind}': {last.message}")
-    return heard, usage.ru_maxrss * PEAK_UNIT
-
-
-def pace(moments: list[tuple[int, float]]) -> float:
-    """Seconds per frame."""
-    (first, began), (last, ended) = moments[0], moments[-1]
-    return (ended - began) / (last - first)
+    return peak
 
 
 def main() -> None:
-    """Tracks a short and a long take, prints a table and then one line of JSON."""
+    """Runs a short and a long take, prints a table and then one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", nargs=2, type=int, default=(30, 300), metavar=("SHORT", "LONG"))
-    parser.add_argument("--centers", type=int, default=300)
-    parser.add_argument("--resolution", type=int, default=128)
+    parser.add_argument("--centers", type=int, default=100)
+    parser.add_argument("--resolution", type=int, default=64)
+    parser.add_argument("--triangles", type=int, default=15_000, help="of each reference mesh (default: %(default)s)")
+    parser.add_argument("--tracking", default="sequence", choices=("sequence", "group"))
+    parser.add_argument("--until", default=STAGES[-1], choices=STAGES, help="the last stage (default: %(default)s)")
     parser.add_argument("--cache", type=Path, help="folder for generated frames")
     arguments = parser.parse_args()
-    settings = Settings.from_flat({"centers": arguments.centers, "resolution": arguments.resolution})
+    if not Path("/proc/self/status").exists():
+        sys.exit("this system has no /proc: measure memory on Linux")
+    chosen = {name: getattr(arguments, name) for name in ("centers", "resolution", "triangles", "tracking")}
+    settings = Settings.from_flat({**FAST, **chosen})
     makes = [sys.executable, "-m", "benchmarks.frames", SEQUENCE, str(arguments.frames[0])]
     makes += ["--cache", str(arguments.cache)] if arguments.cache else []
     folder = Path(subprocess.run(makes, check=True, stdout=subprocess.PIPE, text=True).stdout.strip())
-    takes = [measured(sorted(folder.iterdir()), count, settings) for count in arguments.frames]
+    takes = [measured(sorted(folder.iterdir()), count, settings, arguments.until) for count in arguments.frames]
     for take in takes:
-        print(f"{take.frames:5d} frames: peak {take.peak / 2**20:.1f} MiB, {take.start:.3f} s a frame at first, {take.end:.3f} s at last")
+        print(f"{take.frames:5d} frames: peaks of all processes {take.peak / 2**20:.1f} MiB, {take.pace:.3f} s a frame")
     short, long = takes
-    figures = {"frames": arguments.frames, "peak_mebibytes": [round(take.peak / 2**20, 1) for take in takes]}
-    figures |= {"peak_ratio": long.peak / short.peak, "pace_start": long.start, "pace_end": long.end, "pace_ratio": long.end / long.start}
+    figures = {"frames": arguments.frames, "until": arguments.until, "peak_mebibytes": [round(take.peak / 2**20, 1) for take in takes]}
+    figures |= {"peak_ratio": long.peak / short.peak, "pace": [take.pace for take in takes], "pace_ratio": long.pace / short.pace}
     print(json.dumps({"benchmark": "memory", **figures}))
 
 
