@@ -2,8 +2,9 @@
 
     python -m benchmarks.memory [--frames 30 300] [--until evaluation]
 
-The long take is the short one played to and fro, so that the motion from frame to frame is the same in both. Meshes are of
-usual size, so that anything that is held of every frame shows; the settings spare all work that memory does not depend on.
+The long take is the short one played to and fro, so that its groups hold the same frames. Meshes are of usual size, so that
+anything that is held of every frame shows; the settings spare all work that memory does not depend on. The peak is that of the
+main process and, for each worker process, that of the largest: which of them gets the largest group is chance.
 Needs the /proc file system of Linux.
 """
 
@@ -30,17 +31,25 @@ from refmesh_addon.pipeline.session.job import JobSpec
 
 SEQUENCE = "bar"
 # Little work for each frame; the number of triangles alone decides how much is made of it.
-FAST = {"alignment_steps": 1, "arap_iterations": 1, "fit_rounds": 1, "samples": 500}
+FAST = {"alignment_steps": 1, "poisson_depth": 6, "arap_iterations": 1, "fit_rounds": 1, "samples": 500}
+SMALLEST = 32 * 2**20  # bytes; processes below are helpers of Python, not workers
 POLL = 0.1  # seconds between two readings; each process states its own peak, so only its last moments may be missed
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One take: its frames, the sum of the peaks of all its processes in bytes, and seconds per frame."""
+    """One take: its frames, the peak of the main process and of the largest worker process in bytes, and seconds per frame."""
 
     frames: int
-    peak: int
+    main: int
+    worker: int
+    workers: int
     pace: float
+
+    @property
+    def peak(self) -> int:
+        """Of all processes, where each of the workers is at its peak, bytes."""
+        return self.main + self.workers * self.worker
 
 
 class PeakMemory(threading.Thread):
@@ -56,11 +65,11 @@ class PeakMemory(threading.Thread):
             for pid in descendants(self._pid):
                 self._peaks[pid] = max(self._peaks.get(pid, 0), peak_of(pid))
 
-    def stop(self) -> int:
-        """The sum of the peaks of all processes, bytes: an upper bound of what they held at any one time."""
+    def stop(self) -> tuple[int, list[int]]:
+        """The peak of the process and those of its descendants, bytes."""
         self._ended.set()
         self.join()
-        return sum(self._peaks.values())
+        return self._peaks.pop(self._pid, 0), list(self._peaks.values())
 
 
 def descendants(pid: int) -> list[int]:
@@ -95,18 +104,19 @@ def measured(frames: list[Path], count: int, settings: Settings, until: str) -> 
         job = Path(scratch) / "job.json"
         job.write_text(JobSpec(str(take), str(Path(scratch) / "out"), settings=settings, until=until).to_json(), encoding="utf-8")
         began = time.perf_counter()
-        peak = run_worker(job)
-        return Measured(count, peak, (time.perf_counter() - began) / count)
+        main, others = run_worker(job)
+        workers = [peak for peak in others if peak > SMALLEST]
+        return Measured(count, main, max(workers, default=0), len(workers), (time.perf_counter() - began) / count)
 
 
 def to_and_fro(frames: list[Path], count: int) -> list[Path]:
-    """`count` frames: the given ones forwards, backwards, and so on, the frame at a turn once."""
-    loop = frames + frames[-2:0:-1]
+    """`count` frames: the given ones forwards, backwards, and so on, the frame at a turn twice, so that groups stay the same."""
+    loop = frames + frames[::-1]
     return [loop[index % len(loop)] for index in range(count)]
 
 
-def run_worker(job: Path) -> int:
-    """Runs a job and gives the peak of its processes, bytes."""
+def run_worker(job: Path) -> tuple[int, list[int]]:
+    """Runs a job and gives the peak of its main process and those of all others, bytes."""
     command = [python_executable(), "-m", WORKER_MODULE, str(job)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=worker_environment()) as process:
         memory = PeakMemory(process.pid)
@@ -114,10 +124,10 @@ def run_worker(job: Path) -> int:
         last = Event("failed", "it left no message")
         for line in process.stdout:
             last = Event.from_line(line.decode()) or last
-        peak = memory.stop()
+        peaks = memory.stop()
     if last.kind != "done":
         sys.exit(f"the worker ended with '{last.kind}': {last.message}")
-    return peak
+    return peaks
 
 
 def main() -> None:
@@ -140,9 +150,11 @@ def main() -> None:
     folder = Path(subprocess.run(makes, check=True, stdout=subprocess.PIPE, text=True).stdout.strip())
     takes = [measured(sorted(folder.iterdir()), count, settings, arguments.until) for count in arguments.frames]
     for take in takes:
-        print(f"{take.frames:5d} frames: peaks of all processes {take.peak / 2**20:.1f} MiB, {take.pace:.3f} s a frame")
+        sizes = f"main process {take.main / 2**20:.1f} MiB, {take.workers} workers of at most {take.worker / 2**20:.1f} MiB"
+        print(f"{take.frames:5d} frames: {sizes}, {take.pace:.3f} s a frame")
     short, long = takes
-    figures = {"frames": arguments.frames, "until": arguments.until, "peak_mebibytes": [round(take.peak / 2**20, 1) for take in takes]}
+    figures = {"frames": arguments.frames, "until": arguments.until}
+    figures |= {f"{name}_mebibytes": [round(getattr(take, name) / 2**20, 1) for take in takes] for name in ("main", "worker", "peak")}
     figures |= {"peak_ratio": long.peak / short.peak, "pace": [take.pace for take in takes], "pace_ratio": long.pace / short.pace}
     print(json.dumps({"benchmark": "memory", **figures}))
 

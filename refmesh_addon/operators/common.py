@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 
 from ..core.errors import RefMeshError
-from ..pipeline.process.packages import import_trouble
+from ..pipeline.process.packages import import_problem
 from ..properties.selection import sequence_object
 
 NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
@@ -28,7 +28,7 @@ def reporting(execute: Callable) -> Callable:
         except RefMeshError as error:
             self.report({"ERROR"}, str(error))
         except ImportError as error:
-            self.report({"ERROR"}, import_trouble(error))
+            self.report({"ERROR"}, import_problem(error))
         return {"CANCELLED"}
 
     return wrapped

@@ -1,4 +1,4 @@
-"""The Python that a worker runs in, and where it finds what its parent can import."""
+"""The Python that a worker runs in, with the packages that its parent can import."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...core.errors import RefMeshError
 
 PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction", "pymeshlab")
 PACKAGE_ROOT = Path(__file__).resolve().parents[3]  # the folder that holds refmesh_addon
-# What could make the worker's Python look elsewhere than its parent does.
+# Variables that could make the worker's Python import other packages than its parent.
 _LEFT_OUT = ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONINSPECT")
 
 
@@ -46,7 +46,7 @@ def _executables() -> Iterator[Path]:
 
 
 def worker_environment() -> dict[str, str]:
-    """The environment variables of a worker: this process's, with Python made to find the same packages."""
+    """The environment variables of a worker: those of this process, changed so that Python imports the same packages."""
     environment = {name: value for name, value in os.environ.items() if name not in _LEFT_OUT}
     folders = [str(PACKAGE_ROOT), *package_folders()]
     environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(folders))
@@ -57,10 +57,10 @@ def worker_environment() -> dict[str, str]:
 
 
 def package_folders() -> list[str]:
-    """Folders to import PACKAGES from, in the order of `sys.path`, found without importing them."""
-    found = {folder for name in PACKAGES for folder in _folders_of(name)}
-    on_path = [folder for folder in sys.path if folder in found]
-    return on_path + sorted(found.difference(on_path))
+    """Folders to import PACKAGES from, in the order of `sys.path`, without importing them."""
+    folders = {folder for name in PACKAGES for folder in _folders_of(name)}
+    on_path = [folder for folder in sys.path if folder in folders]
+    return on_path + sorted(folders.difference(on_path))
 
 
 def _folders_of(name: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a worker tells its parent, as lines of JSON."""
+"""The events that a worker sends to its parent, as lines of JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FINAL_KINDS = ("done", "failed", "cancelled")
 class Event:
     """kind : "progress", "warning", or how the job ended: "done", "failed", "cancelled".
 
-    share : of the whole job, 0 to 1.  frame : number of the frame at work, where one is.
+    share : of the whole job, 0 to 1.  frame : number of the frame that is worked on, None where it is no single one.
     """
 
     kind: str
@@ -32,7 +32,7 @@ class Event:
 
     @classmethod
     def from_line(cls, line: str) -> Event | None:
-        """The event of a line; None for a line that is none (a library that writes past our redirection)."""
+        """The event of a line; None for a line that is not one, as a library may print past our redirection."""
         try:
             values = json.loads(line)
         except ValueError:

@@ -13,14 +13,14 @@ from ...core.errors import RefMeshError
 from ...io.files import output_folder
 
 LOCK_NAME = "lock"
-_LOCKED_BYTE = 1 << 20  # far behind the text: Windows does not let others read a byte that is locked
+_LOCKED_BYTE = 1 << 20  # far beyond the text: Windows does not let others read a locked byte
 
 
 @contextmanager
 def output_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
     """Holds the lock file in `folder`, the cache of `output`, for the length of a block.
 
-    The operating system lets go of the lock when its process ends, however it ends, so a dead process leaves none.
+    The operating system releases the lock when the process ends, however it ends, so a crash leaves none behind.
     Raises RefMeshError, naming the process, when another job holds it.
     """
     path = output_folder(folder) / LOCK_NAME
@@ -36,7 +36,7 @@ def output_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
         file.truncate(0)
         file.write(str(os.getpid()).encode("ascii"))
         file.flush()
-        yield  # closing the file lets go of the lock
+        yield  # closing the file releases the lock
 
 
 def _holder(path: Path) -> str:

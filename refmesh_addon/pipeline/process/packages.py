@@ -1,7 +1,7 @@
-"""The packages that the work needs: whether they are there, new enough, and can be loaded.
+"""The packages that the work needs: whether they are installed, recent enough, and can be imported.
 
 Blender unpacks the wheels of all extensions into one folder, where the highest version of a package wins, and it checks
-neither the system library nor what else a wheel was built for. So a package can be missing, strange or broken.
+neither the system libraries nor the platform that a wheel was built for. So a package can be missing, outdated or broken.
 """
 
 from __future__ import annotations
@@ -24,51 +24,51 @@ NEEDED = {
     "constriction": ("0.4", "compressed .refmesh files are neither written nor read"),
     "tqdm": ("4.60", "jobs in background mode do not work"),
 }
-TIME_LIMIT = 60.0  # seconds for one look; loading everything takes one or two
-_LOOK = """
+TIME_LIMIT = 60.0  # seconds for one import; all of them take one or two
+_PROBE = """
 import importlib, json, sys
 try:
-    found = getattr(importlib.import_module(sys.argv[1]), "__version__", ""), ""
+    outcome = getattr(importlib.import_module(sys.argv[1]), "__version__", ""), ""
 except Exception as error:
     while error.__cause__ or error.__context__:  # scipy hides the reason behind a remark of its own
         error = error.__cause__ or error.__context__
-    found = "", " ".join(f"{type(error).__name__}: {error}".split())
-print(json.dumps(found))
+    outcome = "", " ".join(f"{type(error).__name__}: {error}".split())
+print(json.dumps(outcome))
 """
 
 
 @lru_cache(maxsize=1)
 def missing_packages() -> tuple[str, ...]:
-    """A line for each package that is not installed, found without loading any, so that a panel may draw it."""
+    """A line for each package that is not installed, without importing any, so that a panel may call this while it draws."""
     return tuple(f"Python package '{name}' is missing: {effect}" for name, (_, effect) in NEEDED.items() if find_spec(name) is None)
 
 
 def check_packages() -> tuple[dict[str, str], list[str]]:
-    """Package -> version of what works, and a line for each that does not: looked up in the Python that does the work.
+    """Package -> version of each that works, and a line for each that does not, in the Python that workers run in.
 
     Raises RefMeshError when that Python itself cannot be run.
     """
-    found = {name: _look(name) for name in NEEDED}
-    troubles = [_trouble(name, *found[name]) for name in NEEDED]
-    versions = {name: version for name, (version, error) in found.items() if not error}
-    return versions, [trouble for trouble in troubles if trouble]
+    imports = {name: _imported(name) for name in NEEDED}
+    problems = [_problem(name, *imports[name]) for name in NEEDED]
+    versions = {name: version for name, (version, error) in imports.items() if not error}
+    return versions, [problem for problem in problems if problem]
 
 
-def _look(name: str) -> tuple[str, str]:
+def _imported(name: str) -> tuple[str, str]:
     """Version and error of one package, each "" where there is none; in a process of its own, since a broken one may crash it."""
-    command = [*python_command(), "-c", _LOOK, name]
+    command = [*python_command(), "-c", _PROBE, name]
     try:
-        looked = subprocess.run(command, env=worker_environment(), capture_output=True, text=True, timeout=TIME_LIMIT)
+        done = subprocess.run(command, env=worker_environment(), capture_output=True, text=True, timeout=TIME_LIMIT)
     except subprocess.TimeoutExpired:
         return "", f"still loading after {TIME_LIMIT:.0f} seconds"
     except OSError as error:
         raise RefMeshError(f"{command[0]} cannot be run ({error}): RefMesh needs it for its work; reinstall Blender") from error
-    lines = looked.stdout.strip().splitlines()
-    return tuple(json.loads(lines[-1])) if looked.returncode == 0 and lines else ("", f"Python ended with exit code {looked.returncode}")
+    lines = done.stdout.strip().splitlines()
+    return tuple(json.loads(lines[-1])) if done.returncode == 0 and lines else ("", f"Python ended with exit code {done.returncode}")
 
 
-def import_trouble(error: ImportError) -> str:
-    """What to tell a person when an import failed in the middle of the work."""
+def import_problem(error: ImportError) -> str:
+    """The message for the user when an import failed in the middle of the work."""
     package = (error.name or "").partition(".")[0]
     if isinstance(error, ModuleNotFoundError) and package in NEEDED:
         return f"the Python package '{package}' is missing: install the RefMesh extension for this platform and Python"
@@ -79,8 +79,8 @@ def import_trouble(error: ImportError) -> str:
     return f"a Python package cannot be loaded: {detail}; 'Check Installation' in the RefMesh preferences names what does not work"
 
 
-def _trouble(name: str, version: str, error: str) -> str:
-    """A line about a package, "" when it is all right."""
+def _problem(name: str, version: str, error: str) -> str:
+    """A line about what is wrong with a package, "" when nothing is."""
     lowest, effect = NEEDED[name]
     if error.startswith("ModuleNotFoundError") and f"'{name}'" in error:
         return f"'{name}' is missing: {effect}"

@@ -1,7 +1,7 @@
 """The process that does the work: `python -m refmesh_addon.pipeline.process.worker JOBFILE`.
 
 Writes one JSON line for each event to stdout. Reads stdin: the line "cancel", or its end because the parent is gone,
-stops the job at the next progress step, so stdin must be held open for as long as the job is wanted.
+stops the job at the next progress step, so stdin must stay open until the job is done.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from .events import Event
 from .lock import output_lock
 
 LOG_NAME = "worker.log"
-EVENT_INTERVAL = 0.05  # seconds between two progress events; more of them nobody can see
-ORPHAN_GRACE = 10.0  # seconds a job that nobody wants any more may take to reach its next progress step
+EVENT_INTERVAL = 0.05  # seconds between two progress events; a window cannot show more
+ORPHAN_GRACE = 10.0  # seconds that a job whose parent is gone may take to reach its next progress step
 # One thread for each process: sums then do not depend on how many cores the machine has.
 SINGLE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")}
 
 
 class Reporter:
-    """Turns what the pipeline reports into events, and a wish to stop into `Cancelled`."""
+    """Turns the progress of the pipeline into events, and a request to cancel into `Cancelled`."""
 
     def __init__(self, stages: tuple[str, ...], send: Callable[[Event], None]):
         self._stages = stages
@@ -40,27 +40,27 @@ class Reporter:
         self.cancel = threading.Event()
 
     def progress(self, stage: str, frame: int | None, share: float) -> None:
-        """share : of this stage, 0 to 1. Raises Cancelled once the parent wants no more."""
+        """share : of this stage, 0 to 1. Raises Cancelled once the parent has cancelled the job."""
         if self.cancel.is_set():
             raise Cancelled
-        self._share = max(self._share, self._whole(stage, share))
+        self._share = max(self._share, self._share_of_job(stage, share))
         now = time.monotonic()
         if stage != self.stage or now - self._last_sent >= EVENT_INTERVAL:
             self.stage, self._last_sent = stage, now
             self._send(Event("progress", stage=stage, frame=frame, share=self._share))
 
     def warn(self, message: str) -> None:
-        """Something the person should know that does not stop the job."""
+        """Something the user should know that does not stop the job."""
         self._send(Event("warning", message=message, stage=self.stage, share=self._share))
 
-    def _whole(self, stage: str, share: float) -> float:
+    def _share_of_job(self, stage: str, share: float) -> float:
         weights = [STAGE_WEIGHTS[name] for name in self._stages]
         at = self._stages.index(stage)
         return (sum(weights[:at]) + weights[at] * min(max(share, 0.0), 1.0)) / sum(weights)
 
 
 def main(job_file: str) -> None:
-    """Runs one job and ends the process; exit code 0 when it was done."""
+    """Runs one job and ends the process, with exit code 0 when the job is done."""
     os.environ.update(SINGLE_THREAD)
     events = _claim_stdout()
 
@@ -71,7 +71,7 @@ def main(job_file: str) -> None:
     send(outcome)
     sys.stdout.flush()
     sys.stderr.flush()
-    # Without the interpreter's own ending, so that nothing a library does there can spoil a job that is done.
+    # Without the interpreter's shutdown, in which a library could still fail after the job is done.
     os._exit(0 if outcome.kind == "done" else 1)
 
 
@@ -103,7 +103,7 @@ def _outcome(spec: JobSpec, reporter: Reporter) -> Event:
         return Event("failed", f"out of memory in {where}: take fewer centers, a lower resolution, or fewer frames", stage=reporter.stage)
     except ImportError as error:
         return Event("failed", _missing(error, _log(spec)), stage=reporter.stage)
-    except Exception as error:  # the edge of the process: whatever else escapes is our fault and must reach the parent
+    except Exception as error:  # the edge of the process: whatever else is raised is a bug of ours, and the parent must learn of it
         where = reporter.stage or "start"
         return Event("failed", f"internal error in {where}: {_named(error)} (details in {_log(spec)})", stage=reporter.stage)
     return Event("done", share=1.0)
@@ -120,7 +120,7 @@ def _missing(error: ImportError, log: Path) -> str:
 
 
 def _log(spec: JobSpec) -> Path:
-    """Writes the traceback of the error at hand where it can be looked up."""
+    """Writes the traceback of the current error to a file and gives its path."""
     path = Path(spec.output) / CACHE_FOLDER / LOG_NAME
     try:
         path.write_text(traceback.format_exc(), encoding="utf-8")
@@ -138,7 +138,7 @@ def _one_line(error: BaseException) -> str:
 
 
 def _claim_stdout() -> TextIO:
-    """The parent's pipe for events alone; whatever libraries print goes to stderr."""
+    """The pipe to the parent, kept for events alone; whatever libraries print goes to stderr."""
     events = os.fdopen(os.dup(1), "w", encoding="ascii")
     sys.stdout.flush()
     os.dup2(2, 1)
@@ -146,7 +146,7 @@ def _claim_stdout() -> TextIO:
 
 
 def _listen(cancel: threading.Event) -> None:
-    # Straight from the descriptor: a thread that waits in sys.stdin would hold a lock that the interpreter needs to end.
+    # From the descriptor: a thread that waits in sys.stdin would hold a lock that the interpreter needs to shut down.
     received = b""
     while b"cancel" not in received:
         chunk = os.read(0, 4096)

@@ -1,4 +1,4 @@
-"""Results of stages on disk, found again by what they were made from."""
+"""Results of stages on disk, under keys derived from what they depend on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImple
 
 
 def digest(*parts: object) -> str:
-    """A key made from what a result depends on: upstream keys, settings, schema number, the bytes of a file.
+    """A key derived from what a result depends on: upstream keys, settings, schema number, the bytes of a file.
 
     Equal parts give equal keys on any machine; anything that JSON or bytes can hold is taken, mappings in any order.
     """
@@ -35,14 +35,14 @@ def digest(*parts: object) -> str:
 class Cache:
     """Entries `<name>-<key>.npz` in one folder, one for each name; a name may hold folders, "tracking/frame_0006".
 
-    An entry is complete or absent. One with another key, or that cannot be read, is made again and never trusted.
-    With `resume=False` what lies there already is not used either; what this run made is.
+    An entry is complete or absent. One with another key, or one that cannot be read, counts as absent.
+    With `resume=False` so do all entries of earlier runs.
     """
 
     def __init__(self, folder: str | Path, resume: bool = True):
         self.folder = output_folder(folder)
         self._resume = resume
-        self._made: set[Path] = set()
+        self._written: set[Path] = set()
         self._folders: set[Path] = {self.folder}
 
     def path(self, name: str, key: str) -> Path:
@@ -50,9 +50,9 @@ class Cache:
         return self.folder / f"{name}-{key[:KEY_LENGTH]}.npz"
 
     def load(self, name: str, key: str) -> Arrays | None:
-        """The arrays of an entry; None when it has to be made."""
+        """The arrays of an entry; None when it is absent."""
         path = self.path(name, key)
-        if not self._resume and path not in self._made:
+        if not self._resume and path not in self._written:
             return None
         try:
             return read_npz(path)
@@ -65,11 +65,11 @@ class Cache:
         if path.parent not in self._folders:
             self._folders.add(output_folder(path.parent))
         write_npz(path, arrays)
-        self._made.add(path)
+        self._written.add(path)
         self.remove_stale(name, keep=[key])
 
     def load_or_make(self, name: str, key: str, make: Callable[[], Mapping[str, np.ndarray]]) -> Arrays:
-        """The arrays of an entry, made and written first if need be."""
+        """The arrays of an entry; computed by `make` and written first where it is absent."""
         arrays = self.load(name, key)
         if arrays is None:
             arrays = _in_c_order(make())
@@ -77,7 +77,7 @@ class Cache:
         return arrays
 
     def load_result(self, name: str, key: str, kind: type[Result]) -> Result | None:
-        """The result dataclass that an entry holds; None when it has to be made."""
+        """The result dataclass that an entry holds; None when it is absent."""
         arrays = self.load(name, key)
         try:
             return None if arrays is None else from_arrays(kind, arrays)
@@ -89,7 +89,7 @@ class Cache:
         self.save(name, key, _in_c_order(to_arrays(result)))
 
     def load_or_make_result(self, name: str, key: str, kind: type[Result], make: Callable[[], Result]) -> Result:
-        """The result dataclass of an entry, made and written first if need be."""
+        """The result dataclass of an entry; computed by `make` and written first where it is absent."""
         result = self.load_result(name, key, kind)
         if result is None:
             arrays = _in_c_order(to_arrays(make()))

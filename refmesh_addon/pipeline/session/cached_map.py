@@ -1,7 +1,7 @@
-"""The one way in which a stage does its work: many independent units, done on all cores, each result kept in the cache.
+"""How every stage does its work: independent units, computed on all cores, with each result kept in the cache.
 
-A stage states its units, the function that does one, and the type of its results. What an earlier run has left is not done
-again; what is done is kept at once, so that a job that was cancelled or killed goes on where it was.
+A stage gives its units, a function that computes one, and the type of its results. Results of earlier runs are not computed
+again, and each new one is saved at once, so that a job that was cancelled or killed continues where it stopped.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Name = TypeVar("Name")
 
 @dataclass(frozen=True)
 class WorkUnit:
-    """One piece of a stage's work, which any process on any machine can do.
+    """One piece of a stage's work, which any process on any machine can compute.
 
     entry : name of its result in the cache.  key : digest of all that the result depends on.
     arguments : gives the arguments of the stage's function by value: arrays, numbers, texts and dataclasses of these. It is called
@@ -36,7 +36,7 @@ class WorkUnit:
 
 
 class CachedResults(Mapping[Name, Result], Generic[Name, Result]):
-    """Results of units under the units' names, read from the cache when they are asked for; only the last one stays in memory."""
+    """Results of units by name, read from the cache on demand; only the last one stays in memory."""
 
     def __init__(self, cache: Cache, units: Mapping[Name, WorkUnit], kind: type[Result]):
         self._cache, self._units, self._kind = cache, units, kind
@@ -72,11 +72,12 @@ def cached_map(
     share: StageShare,
     failed: Callable[[Name, RefMeshError], None] | None = None,
 ) -> CachedResults[Name, Result]:
-    """Does all units whose results are not in the cache, in any order, and gives the results of all.
+    """Computes all units whose results are not in the cache, in any order, and returns the results of all.
 
     function : at module level; result of type `kind`, which `to_arrays` can pack.  share : of the stage's progress.
-    failed : called with the name of a unit that cannot be done, and why; such a unit has no result and is tried again by the next
-    run. Without it the first RefMeshError ends the map. Raises what `session.notify` raises: it is called several times a second.
+    failed : called with the name of a unit whose function raised a RefMeshError, and the error; the unit has no result, and the
+    next run tries it again. Without it the first RefMeshError ends the map.
+    Raises what `session.notify` raises, which is called several times a second.
     """
     missing = [name for name, unit in units.items() if _missing(session, unit, kind, share)]
     progress = _Progress(session, share, len(units), len(units) - len(missing))

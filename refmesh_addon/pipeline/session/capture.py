@@ -1,7 +1,7 @@
 """Each file of a sequence read and parsed once: cleaned for the stages, and as it came for Blender's preview.
 
-Both lie in one cache entry, found by the bytes of the file. Blender, which must not read them all to find its preview, knows
-the same entry by another name, made from name, size and time of the file.
+Both are in one cache entry, with a key from the bytes of the file. Blender, which must not read whole files to find its preview,
+knows the same entry under a second name, derived from name, size and time of the file.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class CapturedFile(PreviewMesh):
 
 @dataclass(frozen=True)
 class CapturedSequence:
-    """keys : index of each frame that can be read -> made from the bytes of its file.  files : read from the cache when asked for."""
+    """keys : index of each frame that can be read -> derived from the bytes of its file.  files : read from the cache when asked for."""
 
     keys: dict[int, str]
     files: Mapping[int, CapturedFile]

@@ -25,7 +25,7 @@ class Frames:
 
     mesh(index) : as captured.  surface(index) : the same without floaters, what is followed and fitted.
     body(index) : the surface with its holes capped, so that it encloses a volume.
-    keys : of each frame, made from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
+    keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
     corners.  diagonals : (F,) of the boxes, scene units.
     Raises RefMeshError, naming the file, for a frame that is not of the size of the others.
     """

@@ -1,4 +1,4 @@
-"""What is asked of one run: its input, output and settings, as they travel between processes."""
+"""The job of one run: its input, output and settings, as they are passed between processes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from ...core.errors import RefMeshError
 from ...core.settings import STAGES, Settings
 
-CACHE_FOLDER = "cache"  # in the output folder: ours, nobody else's
-CHECK = "sequence"  # looks at the frames only; no other stage needs it
+CACHE_FOLDER = "cache"  # in the output folder; nothing of the user's lies in it
+CHECK = "sequence"  # reads the frames only; no stage depends on it
 TRACKING, REFERENCE, DEFORMATION, EVALUATION, COLOR = STAGES
 # Of the time of a whole run, roughly; only the progress bar depends on it.
 STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.4, REFERENCE: 0.25, DEFORMATION: 0.25, EVALUATION: 0.1, COLOR: 0.1}
@@ -20,7 +20,7 @@ class JobSpec:
     """One run of the pipeline.
 
     source : folder, file or pattern, as `find_sequence` takes it.  output : folder.  frames : "6-10,14" or "" for all.
-    until : the last of STAGES that is wanted, or CHECK.  resume : take up what an earlier run left in the output folder's cache.
+    until : the last of STAGES to run, or CHECK.  resume : use what earlier runs left in the cache of the output folder.
     warnings : known before the run starts; reported with its own.
     """
 
@@ -38,7 +38,7 @@ class JobSpec:
 
     @property
     def stages(self) -> tuple[str, ...]:
-        """The stages wanted, in order."""
+        """The stages to run, in order."""
         return (CHECK,) if self.until == CHECK else STAGES[: STAGES.index(self.until) + 1]
 
     def to_json(self) -> str:

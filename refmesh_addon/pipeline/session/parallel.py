@@ -1,4 +1,4 @@
-"""Independent tasks on all cores, with results that do not depend on how many there are."""
+"""Independent tasks on all cores, with results that do not depend on the number of processes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from typing import Any
 
 from ...core.errors import RefMeshError
 
-MOST_WORKERS = 8  # a task holds one frame's grids and factors: more processes would need more memory than they save time
+MOST_WORKERS = 8  # a task holds the grids and factors of one frame: more processes cost more memory than they save time
 QUEUED = 2  # tasks submitted for each process: one at work, one ready
-ENDING = 5.0  # seconds that an ended process may take to be gone; it takes milliseconds
+ENDING = 5.0  # seconds that a killed process may take to be gone; it takes milliseconds
 POLL = 0.2  # seconds between two calls of `poll` while nothing is done
 
 
 def one_ahead(make: Callable, items: Iterable) -> Iterator:
-    """make(item) for each item in turn; the next one is made in a thread while the caller works on this one."""
+    """make(item) for each item in turn; the next one is computed in a thread while the caller works on this one."""
     with ThreadPoolExecutor(1) as thread:
         waiting = deque()
         for item in items:
@@ -33,7 +33,7 @@ def one_ahead(make: Callable, items: Iterable) -> Iterator:
 
 
 class Workers:
-    """Processes that are started with the first tasks and end with the `with` block."""
+    """A pool of processes that is started with the first tasks and ends with the `with` block."""
 
     def __init__(self, count: int | None = None):
         self.count = count or min(_cores(), MOST_WORKERS)
@@ -50,7 +50,7 @@ class Workers:
         if self._pool is not None:
             processes = list((getattr(self._pool, "_processes", None) or {}).values())
             self._pool.shutdown(wait=False, cancel_futures=True)
-            for process in processes:  # nobody waits for its task any more, and all files are whole or absent at any time
+            for process in processes:  # no result is awaited any more, and worker processes write no files
                 process.kill()
             for process in processes:
                 process.join(ENDING)
@@ -60,7 +60,7 @@ class Workers:
 
         function : at module level.  tasks : read only a few ahead of the work, so that a long take does not fill the memory.
         poll : called while waiting; raises Cancelled to stop.
-        Exceptions of a task are raised here. Raises RefMeshError when a process died, for want of memory say.
+        Exceptions of a task are raised here. Raises RefMeshError when a process died, as it does when memory runs out.
         """
         coming = enumerate(tasks)
         waiting: dict[Future, int] = {}
@@ -88,7 +88,7 @@ def _result(future: Future) -> Any:
     try:
         return future.result()
     except BrokenProcessPool as error:
-        raise RefMeshError("a worker process died, most likely for want of memory: close other programs or lower --resolution") from error
+        raise RefMeshError("a worker process died, probably out of memory: close other programs or lower --resolution") from error
 
 
 def _cores() -> int:

@@ -47,7 +47,7 @@ class SmoothedGroup(FrozenArrays):
 
 @dataclass(frozen=True)
 class DeformedSequence:
-    """Every frame's mesh, read from the cache when it is asked for.
+    """The mesh of every frame, read from the cache on demand.
 
     groups : with keys of all that their deformed meshes depend on.  references, smoothed : by index of the group.
     """

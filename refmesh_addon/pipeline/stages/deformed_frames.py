@@ -1,4 +1,4 @@
-"""What is written and said of the deformed frames: a PLY each, a point cache for each group, entries in the report, warnings."""
+"""The deformed frames in the output folder: a PLY each, a point cache for each group, entries in the report, warnings."""
 
 from __future__ import annotations
 

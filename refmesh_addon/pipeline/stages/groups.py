@@ -16,7 +16,7 @@ class FrameGroup:
     """Frames that share a reference mesh.
 
     frames : indices into the sequence.  handover : the next group's first frame, which this group's mesh is carried to as well, or
-    None for the last group.  key : of all that is made of these frames.
+    None for the last group.  key : of all results that depend on these frames.
     segment : whether it is a run that may be far longer than a group of the method.  folder : in the cache, "" or "NAME/".
     """
 

@@ -1,4 +1,4 @@
-"""Bodies that a person marked as two, among the tracked centers."""
+"""Bodies that the user marked as separate, among the tracked centers."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ def align_to_anchor(mesh: TriangleMesh, tracked: np.ndarray, anchor: GroupAnchor
     return align_frame(mesh, tracked, _anchor_frame(anchor), anchor.centers, anchor.settings, count)
 
 
-@lru_cache(maxsize=1)  # frames come group by group, and what is built for one group fits any memory
+@lru_cache(maxsize=1)  # frames come group by group, and one group fits any memory
 def _anchor_frame(anchor: GroupAnchor) -> AnchorFrame:
     return anchor_frame(anchor.mesh, anchor.tracked, anchor.centers, anchor.settings)
 

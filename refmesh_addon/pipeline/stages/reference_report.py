@@ -1,4 +1,4 @@
-"""What is written and said of the reference meshes: a PLY each, their entries in the report, warnings, reference centers."""
+"""The reference meshes in the output folder: a PLY each, entries in the report, warnings, and the reference centers."""
 
 from __future__ import annotations
 

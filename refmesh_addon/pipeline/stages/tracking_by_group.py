@@ -1,7 +1,7 @@
 """Tracking group by group: each group starts anew, so groups need nothing of each other and share the cores.
 
-A group is tracked one frame further, into the first of the next. There both know where the centers are, and those of the
-next group take the numbers of those that they lie nearest to: a center keeps its number, and steps to its partner's place.
+A group is tracked one frame further, into the first of the next. Both have centers there, and those of the next
+group take the numbers of the nearest ones: a center keeps its number and jumps to the place of its partner.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def _unit(context: Context, index: int, group: tuple[int, ...]) -> WorkUnit:
 
 
 def _joined(context: Context, groups: list[tuple[int, ...]], tracked: Mapping[int, TrackedGroup], keys: list[str]) -> TrackingResult:
-    """The groups one after the other, with numbers of centers that go on; the way from a center to its partner is reported."""
+    """The groups one after the other, with center numbers that continue; the distances between partners are reported."""
     parts, steps, key = [], [], ""
     ranges: list[TrackedRange] = []
     for index, frames in enumerate(groups):

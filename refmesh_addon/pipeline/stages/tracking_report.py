@@ -1,4 +1,4 @@
-"""What is written and said of the tracking: figures in the report, warnings, centers.npz and their playback."""
+"""The tracking in the output folder: figures in the report, warnings, centers.npz and the playback of the centers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What tracking leaves, whether it followed the whole sequence or group by group."""
+"""The result of tracking, over the whole sequence or group by group."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...core.tracking.forward import TrackedFrame
 from ...core.tracking.volume import Volume
 from ...core.types import FrozenArrays
 
-VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame before a person is told
+VOLUME_JUMP = 0.15  # share by which the volume may change from frame to frame without a warning
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from refmesh_addon.pipeline.process import packages
-from refmesh_addon.pipeline.process.packages import NEEDED, check_packages, import_trouble, missing_packages
+from refmesh_addon.pipeline.process.packages import NEEDED, check_packages, import_problem, missing_packages
 
 
 @pytest.fixture
@@ -56,14 +56,14 @@ def test_a_package_that_is_not_there_is_missing(monkeypatch):
 
 
 def test_a_failed_import_says_which_package_or_why():
-    assert "'scipy' is missing: install" in import_trouble(ModuleNotFoundError("No module named 'scipy.sparse'", name="scipy.sparse"))
+    assert "'scipy' is missing: install" in import_problem(ModuleNotFoundError("No module named 'scipy.sparse'", name="scipy.sparse"))
     try:
         try:
             raise OSError("libc is too old")
         except OSError as reason:
             raise ImportError("seems broken") from reason
     except ImportError as error:
-        assert "cannot be loaded: libc is too old" in import_trouble(error)
+        assert "cannot be loaded: libc is too old" in import_problem(error)
 
 
 @pytest.mark.parametrize(("text", "numbers"), [("1.15.3", (1, 15, 3)), ("2.0.0rc1", (2, 0)), ("", ())])
