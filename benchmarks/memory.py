@@ -1,4 +1,4 @@
-"""Whether a long take needs more memory, or more time per frame, than a short one: whole jobs by the real worker process.
+"""Whether a long take needs more memory, or more processor time per frame, than a short one: whole jobs by the real worker process.
 
     python -m benchmarks.memory [--frames 30 300] [--until evaluation]
 
@@ -13,12 +13,12 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
 import threading
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +38,7 @@ POLL = 0.1  # seconds between two readings; each process states its own peak, so
 
 @dataclass(frozen=True)
 class Measured:
-    """One take: its frames, the peak of the main process and of the largest worker process in bytes, and seconds per frame."""
+    """One take: its frames, bytes of the main process and of the largest worker process at their peaks, and processor seconds per frame."""
 
     frames: int
     main: int
@@ -103,10 +103,10 @@ def measured(frames: list[Path], count: int, settings: Settings, until: str) -> 
             shutil.copyfile(frame, take / f"take_{number:04d}{frame.suffix}")
         job = Path(scratch) / "job.json"
         job.write_text(JobSpec(str(take), str(Path(scratch) / "out"), settings=settings, until=until).to_json(), encoding="utf-8")
-        began = time.perf_counter()
+        before = processor_seconds()
         main, others = run_worker(job)
         workers = [peak for peak in others if peak > SMALLEST]
-        return Measured(count, main, max(workers, default=0), len(workers), (time.perf_counter() - began) / count)
+        return Measured(count, main, max(workers, default=0), len(workers), (processor_seconds() - before) / count)
 
 
 def to_and_fro(frames: list[Path], count: int) -> list[Path]:
@@ -130,6 +130,12 @@ def run_worker(job: Path) -> tuple[int, list[int]]:
     return peaks
 
 
+def processor_seconds() -> float:
+    """Of all processes that were started from here and have ended, with what these have started."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def main() -> None:
     """Runs a short and a long take, prints a table and then one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -151,7 +157,7 @@ def main() -> None:
     takes = [measured(sorted(folder.iterdir()), count, settings, arguments.until) for count in arguments.frames]
     for take in takes:
         sizes = f"main process {take.main / 2**20:.1f} MiB, {take.workers} workers of at most {take.worker / 2**20:.1f} MiB"
-        print(f"{take.frames:5d} frames: {sizes}, {take.pace:.3f} s a frame")
+        print(f"{take.frames:5d} frames: {sizes}, {take.pace:.3f} processor seconds a frame")
     short, long = takes
     figures = {"frames": arguments.frames, "until": arguments.until}
     figures |= {f"{name}_mebibytes": [round(getattr(take, name) / 2**20, 1) for take in takes] for name in ("main", "worker", "peak")}
