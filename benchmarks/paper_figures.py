@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,9 +32,32 @@ MARKERS = {500: "o", 1000: "s", 1500: "^"}  # as in the paper
 COLORS = {500: "tab:blue", 1000: "tab:orange", 1500: "tab:green"}
 DISTANCES = ("source_to_deformed_mean", "source_to_deformed_p99", "source_to_deformed_max")
 FIGURES = (*DISTANCES, "deformed_to_source_mean", "deformed_to_source_max")
+TABLE = "distances.csv"
 SHOWN = 3  # source frames in the picture: first, middle and last
 PIXELS = 1800  # width of the picture
 TURN = (1.37, 0.0, 0.45)  # radians about x, y and z, as in the preview
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Groups of several sizes in one take.
+
+    numbers : of the frames that are tracked.  first : index of the one that groups begin with, unless too few follow it.
+    """
+
+    numbers: tuple[int, ...]
+    first: int
+
+    @classmethod
+    def of(cls, numbers: tuple[int, ...], first: int, largest: int) -> Groups:
+        """Groups of up to `largest` frames in a sequence, from the frame of that index on."""
+        begin = min(first, len(numbers) - largest)
+        return cls(numbers[begin : max(begin + largest, first + 1)], first - begin)
+
+    def frames(self, size: int) -> list[int]:
+        """Indices of the frames of the group of that size."""
+        start = min(self.first, len(self.numbers) - size)
+        return list(range(start, start + size))
 
 
 def main() -> None:
@@ -42,30 +65,34 @@ def main() -> None:
     arguments = parsed_arguments()
     numbers = find_sequence(arguments.input).numbers
     sizes = [size for size in sorted(set(arguments.sizes)) if size <= len(numbers)]
-    first = numbers.index(arguments.first) if arguments.first is not None else 0
-    begin = min(first, len(numbers) - sizes[-1])
-    frames = numbers[begin : max(begin + sizes[-1], first + 1)]
+    groups = Groups.of(numbers, 0 if arguments.first is None else numbers.index(arguments.first), sizes[-1])
     arguments.folder.mkdir(parents=True, exist_ok=True)
-    table = arguments.folder / "distances.csv"
-    rows = read_table(table)
+    rows = read_table(arguments.folder / TABLE)
     with processes() as workers:
         for centers in arguments.centers:
-            missing = [size for size in sizes if (centers, size) not in {(row["centers"], row["size"]) for row in rows}]
-            if not missing:
-                continue
-            settings = TrackingSettings(centers=centers, resolution=arguments.resolution)
-            take = tracked_take(arguments.input, ",".join(map(str, frames)), settings)
-            for size in missing:
-                group = take.part(list(range(start := min(first - begin, len(frames) - size), start + size)))
-                references = {name: extracted(group, pipeline.reference, workers) for name, pipeline in PIPELINES.items()}
-                for name, reference in references.items():
-                    figures = measured(group, reference, PIPELINES[name] if size in arguments.deformed else None, workers)
-                    rows.append({"pipeline": name, "centers": centers, "first": group.numbers[0], "size": size, **figures})
-                    print("  ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
-                write_table(table, rows)
-            picture(arguments.folder / "references.png", {name: reference.mesh for name, reference in references.items()}, group)
+            known = {(row["centers"], row["size"]) for row in rows}
+            measure_sizes(arguments, groups, centers, [size for size in sizes if (centers, size) not in known], rows, workers)
     plot(arguments.folder / "distances.png", rows, Path(arguments.input).name)
     print(json.dumps({"benchmark": "paper_figures", "input": Path(arguments.input).name, "rows": rows}))
+
+
+def measure_sizes(
+    arguments: argparse.Namespace, groups: Groups, centers: int, sizes: list[int], rows: list[dict], workers: Workers
+) -> None:
+    """Adds the rows of a number of centers, and writes the table after each size; then draws the reference meshes of the last one."""
+    if not sizes:
+        return
+    settings = TrackingSettings(centers=centers, resolution=arguments.resolution)
+    take = tracked_take(arguments.input, ",".join(map(str, groups.numbers)), settings)
+    for size in sizes:
+        group = take.part(groups.frames(size))
+        references = {name: extracted(group, pipeline.reference, workers) for name, pipeline in PIPELINES.items()}
+        for name, reference in references.items():
+            figures = measured(group, reference, PIPELINES[name] if size in arguments.deformed else None, workers)
+            rows.append({"pipeline": name, "centers": centers, "first": group.numbers[0], "size": size, **figures})
+            print("  ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
+        write_table(arguments.folder / TABLE, rows)
+    picture(arguments.folder / "references.png", {name: reference.mesh for name, reference in references.items()}, group)
 
 
 def parsed_arguments() -> argparse.Namespace:

@@ -57,6 +57,15 @@ class Matches(FrozenArrays):
     errors: np.ndarray
 
 
+@dataclass(frozen=True)
+class _Candidates(FrozenArrays):
+    """Pairs that may match: key points (N,) of the reference and of the frame, and the rotation (N, 3, 3) to begin with."""
+
+    reference: np.ndarray
+    frame: np.ndarray
+    rotations: np.ndarray
+
+
 def in_reach(positions: np.ndarray, places: np.ndarray, radius: float, settings: MatchSettings) -> np.ndarray:
     """(K,) bool, which key points of a frame can have a partner at all: the others need no patches.
 
@@ -81,10 +90,11 @@ def match_keypoints(
     if not len(reference.vertices) or not len(frame.vertices):
         return Matches(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
     if settings.guided:
-        r, f, starts = _nearby(reference, frame, places, rotations, settings.reach)
+        candidates = _nearby(reference, frame, places, rotations, settings.reach)
     else:
-        r, f, starts = _promising(reference, frame, rotations, settings.any_rotation)
-    errors, rotations = fit_patches(reference, frame, (r, f), starts, settings.fixed_point)
+        candidates = _promising(reference, frame, rotations, settings.any_rotation)
+    r, f = candidates.reference, candidates.frame
+    errors, rotations = fit_patches(reference, frame, (r, f), candidates.rotations, settings.fixed_point)
     if settings.fixed_point:  # parts thinner than the threshold: turned about one point, both sides must still face one way
         facing = np.einsum("nij,nj,ni->n", rotations, reference.normals[r], frame.normals[f]) > 0
         r, f, errors = r[facing], f[facing], errors[facing]
@@ -97,18 +107,15 @@ def _check_predictions(count: int, places: np.ndarray, rotations: np.ndarray) ->
             raise ValueError(f"{name} must be {shape} to match the reference key points; got {value.shape}")
 
 
-def _nearby(
-    reference: Patches, frame: Patches, places: np.ndarray, rotations: np.ndarray, reach: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs and starts for the candidates within reach of the predicted places."""
+def _nearby(reference: Patches, frame: Patches, places: np.ndarray, rotations: np.ndarray, reach: float) -> _Candidates:
+    """Key points within reach of the predicted places, from the predicted rotations."""
     near = cKDTree(frame.positions).query_ball_point(places, reach * reference.radius, return_sorted=True)
-    r = np.repeat(np.arange(len(places)), [len(candidates) for candidates in near])
-    f = np.array([candidate for candidates in near for candidate in candidates], dtype=np.int64)
-    return r, f, rotations[r]
+    rows = np.repeat(np.arange(len(places)), [len(columns) for columns in near])
+    return _Candidates(rows, np.array([column for columns in near for column in columns], dtype=np.int64), rotations[rows])
 
 
-def _promising(reference: Patches, frame: Patches, rotations: np.ndarray, any_rotation: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The pairs and starts with the smallest coarse error, REFINED for each reference key point."""
+def _promising(reference: Patches, frame: Patches, rotations: np.ndarray, any_rotation: bool) -> _Candidates:
+    """The pairs and rotations with the smallest coarse errors, REFINED for each reference key point."""
     rows, columns, starts = [], [], []
     for r, rotation in enumerate(rotations):
         trial = _trial_rotations(reference.axes[r], frame.axes, rotation, any_rotation)
@@ -117,7 +124,7 @@ def _promising(reference: Patches, frame: Patches, rotations: np.ndarray, any_ro
         rows.append(np.full(len(order), r))
         columns.append(order // trial.shape[1])
         starts.append(trial.reshape(-1, 3, 3)[order])
-    return np.concatenate(rows), np.concatenate(columns), np.concatenate(starts)
+    return _Candidates(np.concatenate(rows), np.concatenate(columns), np.concatenate(starts))
 
 
 def _trial_rotations(axes: np.ndarray, frame_axes: np.ndarray, rotation: np.ndarray, any_rotation: bool) -> np.ndarray:
