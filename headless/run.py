@@ -66,10 +66,9 @@ def decode(bpy, words: list[str]) -> int:
 
 
 def print_findings(arguments: dict, stdout: TextIO) -> int:
-    """Prints the findings of the check; one that would stop the job gives the exit code of a failure."""
+    """Prints the findings, which are what a check is for; one that would stop the job gives the exit code of a failure."""
     output = Path(arguments["output"])
-    if not arguments["quiet"]:
-        print((output / CHECK_TEXT).read_text(encoding="utf-8"), end="", file=stdout, flush=True)
+    print((output / CHECK_TEXT).read_text(encoding="utf-8"), end="", file=stdout, flush=True)
     findings = json.loads((output / CHECK_DATA).read_text(encoding="utf-8"))["findings"]
     return EXIT_FAILED if any(finding["severity"] == "error" for finding in findings) else 0
 

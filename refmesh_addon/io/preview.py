@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from ..core.errors import RefMeshError
-from ..core.geometry.half_edges import HalfEdges
 from ..core.types import TriangleMesh
 from .files import write_npz
 
@@ -42,6 +41,8 @@ class PreviewMesh:
     @classmethod
     def of(cls, mesh: TriangleMesh) -> PreviewMesh:
         """Vertices and triangles in their order."""
+        from ..core.geometry.half_edges import HalfEdges  # late: SciPy comes with it, and may be missing
+
         vertices, table = mesh.vertices.astype(np.float32), HalfEdges.of(mesh)
         if (table.start == table.end).any():
             return cls(vertices, mesh.triangles, np.empty((0, 2), np.int32), np.empty((0, 3), np.int32))

@@ -67,6 +67,9 @@ class REFMESH_OT_edit_groups(SequenceOperator, bpy.types.Operator):
     def execute(self, context):
         owner = sequence_object(context)
         starts = self._changed_starts(context, owner)
+        if starts == self._present_starts(owner):
+            self.report({"INFO"}, f"nothing to change: groups begin at {', '.join(map(str, sorted(starts)))} already")
+            return {"CANCELLED"}
         owner.refmesh.settings.group_starts = ",".join(map(str, sorted(starts)))
         self.report({"INFO"}, f"groups begin at {owner.refmesh.settings.group_starts}; run Reference to see them")
         return {"FINISHED"}

@@ -8,11 +8,14 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from ..bridge.formats import registry
 from ..bridge.formats.choice import choose
 from ..bridge.formats.export import Export
+from ..bridge.results.status import export_note
 from ..core.errors import RefMeshError
 from ..properties.selection import sequence_object
+from ..properties.wording import draw_wrapped
 from .common import SequenceOperator, absolute, reporting
 from .format_options import argument_names, chosen_options, format_arguments
 
+DIALOG_WIDTH = 360  # pixels at a resolution scale of 1
 SCOPES = [
     ("SEQUENCE", "Sequence", "All groups of the sequence"),
     ("OBJECT", "Active Object", "The group whose deformed or reference mesh is the active object"),
@@ -56,7 +59,7 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
     def invoke(self, context, event):
         frames = sequence_object(context).refmesh.frames
         self.first, self.last = frames[0].scene_frame, frames[-1].scene_frame
-        return context.window_manager.invoke_props_dialog(self, width=360)
+        return context.window_manager.invoke_props_dialog(self, width=DIALOG_WIDTH)
 
     @reporting
     def execute(self, context):
@@ -67,13 +70,25 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
         choices = {owner: choose(owner, self.first, self.last, self.step, member) for owner in self._owners(context)}
         written = [path for owner, choice in choices.items() for path in self._export(owner, choice)]
         self.report({"INFO"}, f"wrote {len(written)} files to {os.path.dirname(written[0])}")
+        for owner in choices:
+            note = export_note(owner.refmesh)
+            if note:
+                self.report({"WARNING"}, f"{owner.refmesh.root.name}: {note[0].lower()}{note[1:]}")
         return {"FINISHED"}
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
+        note = export_note(sequence_object(context).refmesh)
+        if note:
+            draw_wrapped(layout, note, DIALOG_WIDTH * context.preferences.system.ui_scale, icon="ERROR")
+        formats = layout.grid_flow(columns=3, even_columns=True, align=True)
+        for known in registry.written_formats():
+            cell = formats.row(align=True)
+            cell.enabled = not known.unavailable()
+            cell.prop_enum(self, "format", known.name)
         options = argument_names(registry.FORMATS[self.format]).values()
-        for name in ("format", *options, "scope", "first", "last", "step", "directory"):
+        for name in (*options, "scope", "first", "last", "step", "directory"):
             layout.prop(self, name)
 
     def _export(self, owner, choice):

@@ -18,11 +18,12 @@ ONCE = {"options": {"SKIP_SAVE"}}
 class JobOperator(ShowingOperator):
     """Runs the pipeline up to the stage `until`, then shows what it wrote.
 
-    In a window it is modal and Esc cancels; in background mode it returns when the job is done.
+    In a window it is modal and can be canceled; in background mode it returns when the job is done.
     """
 
     bl_options = {"UNDO"}
     until: str
+    _worker = None
     __annotations__ = {
         "preset": preset_property(**ONCE),
         "output": StringProperty(name="Output", description="Folder for the results; empty takes the panel's", subtype="DIR_PATH", **ONCE),
@@ -52,20 +53,24 @@ class JobOperator(ShowingOperator):
     def modal(self, context, event):
         if self._updates is not None:
             return self.show_next(context) if event.type == "TIMER" else {"PASS_THROUGH"}
-        if event.type == "ESC" or self.cancel_requested:
-            self._worker.cancel()
+        if self.escaped(context, event):
+            return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {"RUNNING_MODAL"} if event.type == "ESC" else {"PASS_THROUGH"}
+            return {"PASS_THROUGH"}
+        if self.cancel_requested:
+            self._worker.cancel()
         for message in self._worker.poll():
             if message.is_final:
                 return self._finish(context, message)
             self._note(message)
+            self.at_stake = self._clock.at_stake(message)
             self.show_status(context, self._clock.describe(message))
         return {"PASS_THROUGH"}
 
     def cancel(self, context):
         """Called by Blender when it ends the operator: another file is loaded, or Blender quits."""
-        self._worker.cancel()
+        if self._worker is not None:
+            self._worker.cancel()
         self.end_modal(context)
 
     def _spec(self, state):
@@ -123,5 +128,5 @@ class JobOperator(ShowingOperator):
         if event.kind == "failed":
             raise RefMeshError(event.message)
         if event.kind == "cancelled":
-            self.report({"WARNING"}, "cancelled; finished results are kept, and running the step again continues from there")
+            self.report({"WARNING"}, "canceled; finished results are kept, and running the step again continues from there")
         return event.kind == "done"

@@ -11,6 +11,7 @@ from .modal import ModalOperator
 
 OBJECT_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")  # that Blender evaluates to a mesh
 SOURCE_FOLDER = "source"  # in the output folder
+MANY_FRAMES = 100  # read so far: from here on it asks before it drops them
 FRAME_INTERVAL = 0.001  # seconds between two frames, in which the window is drawn
 
 
@@ -31,6 +32,8 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
     last: IntProperty(name="Last Frame", description="Scene frame to end with", default=250, min=0, options={"SKIP_SAVE"})
     step: IntProperty(name="Frame Step", description="Take every Nth frame", default=1, min=1, options={"SKIP_SAVE"})
     hide: BoolProperty(name="Hide Original", description="Hide the object, which the sequence then replaces", default=True)
+
+    _frames = None  # numbers of the scene frames as they are read
 
     @classmethod
     def poll_failure(cls, context):
@@ -65,11 +68,15 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
         return self._finish(context)
 
     def modal(self, context, event):
-        if event.type == "ESC" or self.cancel_requested:
-            self.cancel(context)
-            self.report({"WARNING"}, "cancelled; nothing was written")
-            return {"CANCELLED"}
-        return self._advance(context) if event.type == "TIMER" else {"PASS_THROUGH"}
+        if self.escaped(context, event):
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if not self.cancel_requested:
+            return self._advance(context)
+        self.cancel(context)
+        self.report({"WARNING"}, "canceled; nothing was written")
+        return {"CANCELLED"}
 
     @reporting
     def _advance(self, context):
@@ -82,12 +89,15 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
             self.end_modal(context)
             return self._finish(context)
         self.progress = (self._numbers.index(number) + 1) / len(self._numbers)
+        self.at_stake = _at_stake(self._numbers.index(number) + 1)
         self.show_status(context, f"reading frame {number} of the scene, {self.progress:.0%}")
         return {"RUNNING_MODAL"}
 
     def cancel(self, context):
-        with contextlib.suppress(ReferenceError):  # another file is loaded and the scene is gone
-            self._frames.close()
+        """Called by Blender when it ends the operator: its dialog is closed, another file is loaded, or Blender quits."""
+        if self._frames is not None:
+            with contextlib.suppress(ReferenceError):  # another file is loaded and the scene is gone
+                self._frames.close()
         self.end_modal(context)
 
     @reporting
@@ -105,6 +115,10 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
         context.scene.frame_set(context.scene.frame_current)
         self.report({"INFO"}, f"{sequence.name}: {len(sequence.frames)} frames")
         return {"FINISHED"}
+
+
+def _at_stake(count: int) -> str:
+    return f"The {count} frames read so far are dropped" if count >= MANY_FRAMES else ""
 
 
 CLASSES = (REFMESH_OT_import_object,)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
+ASK_AFTER = 60.0  # seconds of work from which on a job asks before it is canceled
 LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file, not a terminal
 
 
@@ -22,6 +23,12 @@ class Clock:
         passed = time.monotonic() - self._start
         left = f", {minutes(passed * (1 - event.share) / event.share)} left" if event.share > 0 else ""
         return f"{stage_and_frame(event)}, {event.share:.0%}{left}"
+
+    def at_stake(self, event) -> str:
+        """What to tell a person who is about to cancel the job; "" while it has only begun."""
+        if time.monotonic() - self._start < ASK_AFTER:
+            return ""
+        return f"{event.share:.0%} is done. What is finished is kept, and the next run continues from there"
 
 
 def stage_and_frame(event) -> str:

@@ -6,7 +6,8 @@ from bpy.props import EnumProperty
 from ..core.settings import EDITS, PRESETS, Settings, flat_fields
 from ..pipeline.process.presets import preset_settings, preset_warning
 from ..properties.selection import sequence_object
-from ..properties.settings import RefMeshSettings, plain_value, title
+from ..properties.settings import RefMeshSettings, plain_value
+from ..properties.wording import title
 from .common import SequenceOperator
 
 PRESET_DESCRIPTIONS = {

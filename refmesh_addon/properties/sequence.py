@@ -8,8 +8,9 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 
 from ..core.findings import CENTER_ATTRIBUTES
 from ..core.settings import STAGES
-from .settings import RefMeshSettings, title
+from .settings import RefMeshSettings
 from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors, switch_kinds, switch_surface_color
+from .wording import title
 
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()

@@ -8,11 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..core.settings import EDITS, PRESETS, Settings, flat_fields
 from ..pipeline.process.presets import preset_settings
-
-
-def title(name: str) -> str:
-    """ "group_size" as the panel writes it: "Group Size"."""
-    return name.replace("_", " ").title()
+from .wording import title
 
 
 def blender_property(setting, **options):

@@ -1,6 +1,6 @@
 """Panels and menu entries: they draw, and call operators only by id."""
 
-from . import legend, menus, panels, preferences
+from . import first_start, legend, menus, panels, preferences
 
 
 def register():
@@ -8,9 +8,11 @@ def register():
     panels.register()
     menus.register()
     legend.register()
+    first_start.register()
 
 
 def unregister():
+    first_start.unregister()
     legend.unregister()
     menus.unregister()
     panels.unregister()

@@ -2,9 +2,25 @@
 
 import bpy
 
-from ..bridge.results.status import first_to_run
+from ..bridge.formats.registry import written_formats
+from ..bridge.results.status import export_note
 from ..properties.selection import sequence_object
-from .layout import SequencePanel
+from .layout import SequencePanel, draw_wrapped
+
+
+class REFMESH_MT_export(bpy.types.Menu):
+    """The formats; those that this Blender cannot write are grayed out and say why"""
+
+    bl_label = "Export"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"
+        for known in written_formats():
+            reason = known.unavailable()
+            row = layout.row()
+            row.enabled = not reason
+            row.operator("refmesh.export", text=f"{known.label}: {reason}" if reason else known.label).format = known.name
 
 
 class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
@@ -13,7 +29,10 @@ class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         state = sequence_object(context).refmesh
-        first = first_to_run(state, "deformation")
-        layout.label(text=f"Run {first} first" if first else f"Uses {len(state.groups)} deformed meshes", icon="IMPORT")
-        layout.operator_menu_enum("refmesh.export", "format")
-        layout.operator("refmesh.render_preview")
+        deformed = "deformation" in state.done
+        note = export_note(state) if deformed else "Run Deform first"
+        draw_wrapped(layout, context, note or f"Writes {len(state.groups)} deformed meshes", icon="ERROR" if note else "IMPORT")
+        column = layout.column()
+        column.enabled = deformed
+        column.menu("REFMESH_MT_export", icon="EXPORT")
+        column.operator("refmesh.render_preview", icon="RENDER_STILL")

@@ -1,12 +1,9 @@
 """Base classes of the panels, and text that wraps."""
 
-import textwrap
-
-import bpy
-
+from ..properties import wording
 from ..properties.selection import sequence_object
 
-PIXELS_PER_LETTER = 6.2  # of Blender's default font at 72 dpi, on average
+DEFAULT_WIDTH = 300  # pixels, where there is no region
 
 
 class RefMeshPanel:
@@ -39,13 +36,7 @@ class CentersPanel(RefMeshPanel):
 
 def draw_wrapped(layout, context, text: str, icon: str = "NONE"):
     """Draws text on as many lines as the width of the panel requires."""
-    width = context.region.width if context.region else 300
-    letters = max(16, int((width - 60) / (PIXELS_PER_LETTER * bpy.context.preferences.system.ui_scale)))
-    column = layout.column(align=True)
-    column.scale_y = 0.8
-    indent = "BLANK1" if icon != "NONE" else "NONE"
-    for number, line in enumerate(textwrap.wrap(text, letters)):
-        column.label(text=line, icon=indent if number else icon)
+    wording.draw_wrapped(layout, text, context.region.width if context.region else DEFAULT_WIDTH, icon)
 
 
 def describe_seconds(seconds: float) -> str:

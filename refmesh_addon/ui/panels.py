@@ -4,7 +4,7 @@ import bpy
 
 from .bodies_panel import REFMESH_PT_bodies
 from .centers_panel import REFMESH_PT_centers
-from .export_panel import REFMESH_PT_export
+from .export_panel import REFMESH_MT_export, REFMESH_PT_export
 from .run_panel import REFMESH_PT_run
 from .sequence_panel import REFMESH_PT_sequence, REFMESH_UL_findings
 from .step_panels import REFMESH_PT_color, REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track
@@ -19,6 +19,7 @@ CLASSES = (
     REFMESH_PT_bodies,
     REFMESH_PT_deform,
     REFMESH_PT_color,
+    REFMESH_MT_export,
     REFMESH_PT_export,
 )
 

@@ -4,7 +4,8 @@ import bpy
 from bpy.props import IntProperty
 
 from ..bridge.sequence.raw_sequence import set_memory_budget
-from ..pipeline.process.packages import missing_packages
+from ..pipeline.process.packages import how_to_install, missing_names, missing_packages
+from ..properties.wording import draw_wrapped
 
 ADDON = __package__.rpartition(".refmesh_addon")[0] or "refmesh_addon"  # of the extension, or of the package in a checkout
 
@@ -25,7 +26,7 @@ class REFMESH_AddonPreferences(bpy.types.AddonPreferences):
 
     def draw(self, context):
         self.layout.prop(self, "memory_budget")
-        draw_missing(self.layout)
+        draw_missing(self.layout, context.region.width)
         self.layout.operator("refmesh.check_installation")
 
 
@@ -35,12 +36,12 @@ def preferences(context) -> bpy.types.AddonPreferences | None:
     return addon and addon.preferences
 
 
-def draw_missing(layout):
-    """Lists missing packages, each with what does not work without it."""
+def draw_missing(layout, width):
+    """Lists missing packages, each with what does not work without it, and says how to get them."""
     for line in missing_packages():
-        package, effect = line.split(": ")
-        layout.label(text=package, icon="ERROR")
-        layout.label(text=effect, icon="BLANK1")
+        draw_wrapped(layout, line, width, icon="ERROR")
+    if missing_names():
+        draw_wrapped(layout, how_to_install(missing_names()), width, icon="INFO")
 
 
 def register():

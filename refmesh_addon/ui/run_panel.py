@@ -5,9 +5,9 @@ import bpy
 from ..bridge.results.status import first_to_run
 from ..core.settings import PRESETS
 from ..properties.selection import sequence_object
-from ..properties.settings import title
+from ..properties.wording import title
+from .first_start import missing_essentials
 from .layout import RefMeshPanel, draw_wrapped
-from .preferences import draw_missing
 
 
 class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
@@ -15,7 +15,9 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        draw_missing(layout)
+        needed = missing_essentials()
+        if needed:
+            draw_wrapped(layout, context, needed, icon="ERROR")
         owner = sequence_object(context)
         if owner is None:
             layout.label(text="No mesh sequence selected")

@@ -42,6 +42,14 @@ def test_groups_are_split_and_joined_at_the_shown_frame(blender, solved):
         blender.ops.refmesh.edit_groups(change="JOIN")
 
 
+@pytest.mark.parametrize("change, scene_frame", [("SPLIT", 10), ("SPLIT", 6), ("MARKERS", 7)])
+def test_a_change_that_changes_nothing_leaves_the_settings_alone(blender, solved, change, scene_frame):
+    blender.context.scene.frame_set(scene_frame)
+    blender.ops.refmesh.edit_groups(change=change)
+    assert solved.refmesh.settings.group_starts == ""
+    assert [step_status(solved.refmesh, stage).kind for stage in STAGES] == ["current"] * 4
+
+
 def test_groups_need_a_reference_step(blender, ball):
     with pytest.raises(RuntimeError, match="run the Reference step first"):
         blender.ops.refmesh.edit_groups(change="MARKERS")

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from refmesh_addon.bridge.results.status import first_to_run, step_status, used_settings
+from refmesh_addon.bridge.results.status import export_note, first_to_run, step_status, used_settings
 from refmesh_addon.core.settings import STAGES
 from refmesh_addon.ui.layout import describe_seconds
 
@@ -42,6 +42,22 @@ def test_a_changed_setting_makes_stale_what_depends_on_it(solved, setting, value
     assert f"{setting.replace('_', ' ')} was {before}, is {value} now" in stale.text
     setattr(state.settings, setting, before)
     assert kinds(state) == ["current"] * 4 + ["never"]
+
+
+def test_every_changed_setting_is_named(solved):
+    state = solved.refmesh
+    state.settings.centers, state.settings.resolution, state.settings.mapping = 77, 99, "rbf"
+    text = step_status(state, "reference").text
+    assert all(label in text for label in ("centers was 1000, is 77", "resolution was 256, is 99", "mapping was affinity, is rbf"))
+    assert "mapping" not in step_status(state, "tracking").text
+
+
+def test_an_export_says_when_it_holds_the_meshes_of_other_settings(solved):
+    assert export_note(solved.refmesh) == ""
+    solved.refmesh.settings.samples = 200  # matters to the figures, not to the meshes
+    assert export_note(solved.refmesh) == ""
+    solved.refmesh.settings.fit_rounds = 2
+    assert "Holds the meshes of the last run" in export_note(solved.refmesh) and "fit rounds was 6, is 2" in export_note(solved.refmesh)
 
 
 def test_another_choice_of_frames_makes_everything_stale(solved):

@@ -153,7 +153,7 @@ def test_check_prints_what_is_wrong_and_runs_nothing(frames, tmp_path):
     sound = run(frames, "--output", tmp_path / "out", "--check")
     assert (sound.returncode, sound.stdout.splitlines()[-1]) == (0, "nothing found"), sound.stderr
     (frames / "box_21.obj").write_text("this is no mesh")
-    broken = run(frames, "--output", tmp_path / "out", "--check", "--frames", "20-22")
+    broken = run(frames, "--output", tmp_path / "out", "--check", "--quiet", "--frames", "20-22")
     assert broken.returncode == 1 and "frame 21: cannot be read as OBJ" in broken.stdout
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"cache", "sequence_check.json", "sequence_check.txt"}
 

@@ -12,7 +12,7 @@ from ...core.settings import STAGES
 from ...io.report import REPORT_NAME
 from ..scene.paths import absolute_path
 from .missing import missing_files
-from .status import first_change
+from .status import changes_of
 
 DIGEST_BYTES = 16
 
@@ -37,7 +37,7 @@ def is_up_to_date(owner: bpy.types.Object, stage: str, settings: dict[str, objec
     known = json.loads(state.results) if state.results else {}
     if not known.get("inputs") or known["inputs"] != fingerprint(owner, results):
         return False
-    return first_change(known, stage, settings, frames) == ""
+    return not changes_of(known, stage, settings, frames)
 
 
 def _stamp(path: Path) -> tuple[str, int, int]:

@@ -16,6 +16,9 @@ STEP_NAMES = {
 }
 
 
+DEFORMATION = "deformation"
+
+
 @dataclass(frozen=True)
 class StepStatus:
     """kind : "never", "current" or "stale".  text : one line about it.  seconds : that the step took, 0 where unknown."""
@@ -32,7 +35,7 @@ def used_settings(state, seconds: dict[str, float], settings: dict[str, object],
     keeps its earlier time.
     """
     before = _results(state)
-    same = [name for name in seconds if first_change(before, name, settings, state.frame_selection) == "" and name in state.done]
+    same = [name for name in seconds if name in state.done and not changes_of(before, name, settings, state.frame_selection)]
     kept = {name: max(seconds[name], before["seconds"].get(name, 0.0)) if name in same else seconds[name] for name in seconds}
     return json.dumps({"settings": settings, "frames": state.frame_selection, "seconds": kept, "inputs": inputs})
 
@@ -42,9 +45,9 @@ def step_status(state, stage: str) -> StepStatus:
     if stage not in state.done:
         return StepStatus("never", "not run yet")
     results = _results(state)
-    change = first_change(results, stage, state.settings.to_flat(), state.frame_selection)
-    if change:
-        return StepStatus("stale", f"stale: {change}", results["seconds"].get(stage, 0.0))
+    changes = changes_of(results, stage, state.settings.to_flat(), state.frame_selection)
+    if changes:
+        return StepStatus("stale", f"out of date: {'; '.join(changes)}", results["seconds"].get(stage, 0.0))
     return StepStatus("current", "up to date", results["seconds"].get(stage, 0.0))
 
 
@@ -56,20 +59,24 @@ def first_to_run(state, stage: str) -> str:
     return ""
 
 
+def export_note(state) -> str:
+    """What an export holds while the meshes are not those that the panel's settings would give; "" when they are."""
+    status = step_status(state, DEFORMATION)
+    if status.kind != "stale":
+        return ""
+    return f"Holds the meshes of the last run, as they are in the scene. They are {status.text}"
+
+
 def _results(state) -> dict:
     return json.loads(state.results) if state.results else {"settings": {}, "frames": "", "seconds": {}}
 
 
-def first_change(results: dict, stage: str, settings: dict[str, object], frames: str) -> str:
-    """Describes the first difference in what a stage or one before it depends on; "" when there is none."""
-    if results["frames"] != frames:
-        return f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"
-    for name in STAGES[: STAGES.index(stage) + 1]:
-        for setting in _dependencies(name, settings):
-            before, now = results["settings"].get(setting), settings.get(setting)
-            if before != now:
-                return _describe_change(setting, before, now)
-    return ""
+def changes_of(results: dict, stage: str, settings: dict[str, object], frames: str) -> list[str]:
+    """Describes every difference in what a stage or one before it depends on."""
+    changes = [] if results["frames"] == frames else [f"made for frames {results['frames'] or 'all'}, now {frames or 'all'}"]
+    names = [name for earlier in STAGES[: STAGES.index(stage) + 1] for name in _dependencies(earlier, settings)]
+    values = {name: (results["settings"].get(name), settings.get(name)) for name in names}
+    return changes + [_describe_change(name, before, now) for name, (before, now) in values.items() if before != now]
 
 
 def _describe_change(setting: str, before: object, now: object) -> str:

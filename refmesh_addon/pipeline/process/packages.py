@@ -7,9 +7,13 @@ neither the system libraries nor the platform that a wheel was built for. So a p
 from __future__ import annotations
 
 import json
+import re
 import subprocess
+import sys
+from collections.abc import Iterable
 from functools import lru_cache
 from importlib.util import find_spec
+from pathlib import Path
 
 from ...core.errors import RefMeshError
 from .environment import python_command, worker_environment
@@ -24,6 +28,14 @@ NEEDED = {
     "constriction": ("0.4", "compressed .refmesh files are neither written nor read"),
     "tqdm": ("4.60", "jobs in background mode do not work"),
 }
+ESSENTIAL = ("numpy", "scipy", "trimesh", "tqdm")  # without one of these no job runs
+# Family of Linux distributions -> the command that installs packages, and what it calls them; "" for one that it does not have.
+INSTALLERS = {
+    "debian": ("sudo apt install", "python3-{}", {"PIL": "pil", "xatlas": "", "constriction": ""}),
+    "fedora": ("sudo dnf install", "python3-{}", {"PIL": "pillow", "trimesh": "", "xatlas": "", "constriction": ""}),
+    "arch": ("sudo pacman -S", "python-{}", {"PIL": "pillow", "trimesh": "", "xatlas": "", "constriction": ""}),
+}
+OS_RELEASE = Path("/etc/os-release")
 TIME_LIMIT = 60.0  # seconds for one import; all of them take one or two
 _PROBE = """
 import importlib, json, sys
@@ -37,10 +49,34 @@ print(json.dumps(outcome))
 """
 
 
-@lru_cache(maxsize=1)
 def missing_packages() -> tuple[str, ...]:
-    """A line for each package that is not installed, without importing any, so that a panel may call this while it draws."""
-    return tuple(f"Python package '{name}' is missing: {effect}" for name, (_, effect) in NEEDED.items() if find_spec(name) is None)
+    """A line for each package that is not installed."""
+    return tuple(f"Python package '{name}' is missing: {NEEDED[name][1]}" for name in missing_names())
+
+
+@lru_cache(maxsize=1)
+def missing_names() -> tuple[str, ...]:
+    """Names of the packages of NEEDED that are not installed, looked up without loading any, so that a panel may draw them."""
+    return tuple(name for name in NEEDED if find_spec(name) is None)
+
+
+def how_to_install(names: Iterable[str], system: str | None = None) -> str:
+    """What a person can do about packages that are missing, with the command of their Linux distribution where it is known.
+
+    system : text of os-release; None reads that of this machine, "" for a Python that no distribution brought.
+    """
+    if system is None:
+        system = OS_RELEASE.read_text(encoding="utf-8") if sys.prefix == "/usr" and OS_RELEASE.is_file() else ""
+    family = next((family for family in INSTALLERS if re.search(rf'^ID(_LIKE)?="?.*\b{family}\b', system, flags=re.MULTILINE)), None)
+    if family is None:
+        return "Install the RefMesh zip for this system: it brings them. The zip 'no-wheels' is for the Blender of a Linux distribution"
+    command, pattern, names_there = INSTALLERS[family]
+    packages = {name: names_there.get(name, name) for name in names}
+    there = [pattern.format(package) for package in packages.values() if package]
+    elsewhere = [{"PIL": "pillow"}.get(name, name) for name, package in packages.items() if not package]
+    parts = [f"in a terminal, '{command} {' '.join(there)}'"] if there else []
+    parts += [f"with pip, '{' '.join(elsewhere)}', which the distribution does not have"] if elsewhere else []
+    return f"To get them: {'; '.join(parts)}. Then start Blender again"
 
 
 def check_packages() -> tuple[dict[str, str], list[str]]:
@@ -71,7 +107,7 @@ def import_problem(error: ImportError) -> str:
     """The message for the user when an import failed in the middle of the work."""
     package = (error.name or "").partition(".")[0]
     if isinstance(error, ModuleNotFoundError) and package in NEEDED:
-        return f"the Python package '{package}' is missing: install the RefMesh extension for this platform and Python"
+        return f"the Python package '{package}' is missing. {how_to_install([package])}"
     cause = error
     while cause.__cause__ or cause.__context__:  # scipy hides the reason behind a remark of its own
         cause = cause.__cause__ or cause.__context__

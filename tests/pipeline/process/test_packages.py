@@ -5,7 +5,14 @@ import sys
 import pytest
 
 from refmesh_addon.pipeline.process import packages
-from refmesh_addon.pipeline.process.packages import NEEDED, check_packages, import_problem, missing_packages
+from refmesh_addon.pipeline.process.packages import (
+    NEEDED,
+    check_packages,
+    how_to_install,
+    import_problem,
+    missing_names,
+    missing_packages,
+)
 
 
 @pytest.fixture
@@ -25,7 +32,7 @@ def test_a_whole_installation_has_every_package_and_no_trouble():
     versions, troubles = check_packages()
     assert list(versions) == list(NEEDED)
     assert troubles == []
-    missing_packages.cache_clear()
+    missing_names.cache_clear()
     assert missing_packages() == ()
 
 
@@ -49,9 +56,9 @@ def test_what_does_not_load_is_named_with_the_reason_and_what_does_not_work(stan
 
 def test_a_package_that_is_not_there_is_missing(monkeypatch):
     monkeypatch.setitem(NEEDED, "no_such_package", ("1.0", "this test does not work"))
-    missing_packages.cache_clear()
+    missing_names.cache_clear()
     assert missing_packages() == ("Python package 'no_such_package' is missing: this test does not work",)
-    missing_packages.cache_clear()
+    missing_names.cache_clear()
     assert check_packages()[1] == ["'no_such_package' is missing: this test does not work"]
 
 
@@ -69,3 +76,18 @@ def test_a_failed_import_says_which_package_or_why():
 @pytest.mark.parametrize(("text", "numbers"), [("1.15.3", (1, 15, 3)), ("2.0.0rc1", (2, 0)), ("", ())])
 def test_versions_are_compared_by_their_numbers(text, numbers):
     assert packages._numbers(text) == numbers
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        ("ID=debian\n", "sudo apt install python3-scipy python3-pil'; with pip, 'xatlas', which the distribution does not have"),
+        ('ID=ubuntu\nID_LIKE="debian"\n', "sudo apt install python3-scipy python3-pil"),
+        ('ID="nobara"\nID_LIKE="rhel centos fedora"\n', "sudo dnf install python3-scipy python3-pillow"),
+        ("ID=arch\n", "sudo pacman -S python-scipy python-pillow"),
+        ("", "Install the RefMesh zip for this system"),
+        ("ID=unheard-of\n", "Install the RefMesh zip for this system"),
+    ],
+)
+def test_how_to_get_packages_is_said_in_the_words_of_the_distribution(system, said):
+    assert said in how_to_install(["scipy", "PIL", "xatlas"], system)
