@@ -30,7 +30,7 @@ def test_groups_begin_where_their_markers_are_dragged(blender, solved):
     next(marker for marker in markers if marker.frame == 10).frame = 8
     blender.ops.refmesh.edit_groups(change="MARKERS")
     assert solved.refmesh.settings.group_starts == "6,8"
-    assert [step_status(solved.refmesh, stage).kind for stage in STAGES] == ["current", "stale", "stale", "stale"]
+    assert [step_status(solved.refmesh, stage).kind for stage in STAGES[:4]] == ["current", "stale", "stale", "stale"]
 
 
 def test_groups_are_split_and_joined_at_the_shown_frame(blender, solved):
@@ -47,7 +47,7 @@ def test_a_change_that_changes_nothing_leaves_the_settings_alone(blender, solved
     blender.context.scene.frame_set(scene_frame)
     blender.ops.refmesh.edit_groups(change=change)
     assert solved.refmesh.settings.group_starts == ""
-    assert [step_status(solved.refmesh, stage).kind for stage in STAGES] == ["current"] * 4
+    assert [step_status(solved.refmesh, stage).kind for stage in STAGES[:4]] == ["current"] * 4
 
 
 def test_groups_need_a_reference_step(blender, ball):

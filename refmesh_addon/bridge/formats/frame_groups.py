@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ...io.ply import read_surface
-from ...io.refmesh_stream.writer import FrameGroup
 from ...io.report import read_report
 from .export import Export
 from .files import check_result
+
+if TYPE_CHECKING:
+    from ...io.refmesh_stream.writer import FrameGroup
 
 
 def frame_rate() -> float:
@@ -31,6 +34,8 @@ def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
     by_scene_frame : whether frames have the numbers of the scene's frames, from which times follow, or those of their files.
     A scene frame that holds the one before it has no frame of its own.
     """
+    from ...io.refmesh_stream.writer import FrameGroup  # late: SciPy comes with it, and may be missing
+
     numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
     paths = {frame["number"]: export.results / frame["deformed"] for frame in read_report(export.results)["frames"]}
     for frames in export.choice.groups.values():

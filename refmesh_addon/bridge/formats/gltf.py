@@ -10,7 +10,6 @@ import numpy as np
 
 from ...core.options import option
 from ...io.formats import GLB
-from ...io.small_glb.writer import SmallGlb, write_small_glb
 from ..scene.timeline import timeline
 from .export import Export
 from .files import replacing
@@ -50,6 +49,8 @@ def write(export: Export) -> list[Path]:
 
 def _write_small(export: Export) -> list[Path]:
     """All groups in one file, each a reduced mesh with a few quantized morph targets."""
+    from ...io.small_glb.writer import SmallGlb, write_small_glb  # late: SciPy comes with it, and may be missing
+
     options: GlbOptions = export.options
     target = export.target(GLB.extensions[0])
     placement = Y_UP @ np.array(export.owner.refmesh.root.matrix_world)

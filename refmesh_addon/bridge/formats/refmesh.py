@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ...core.options import option
 from ...io.formats import Format
-from ...io.refmesh_stream.writer import Quality, write_stream
 from .export import Export
 from .frame_groups import diagonal, frame_groups, frame_rate
 
-QUALITIES = {"small": Quality(1.6e-3, 10000), "balanced": Quality(1.1e-3, 20000), "fine": Quality(7e-4), "near_lossless": Quality(1e-4)}
+# Arguments of `Quality`.
+QUALITIES = {"small": (1.6e-3, 10000), "balanced": (1.1e-3, 20000), "fine": (7e-4,), "near_lossless": (1e-4,)}
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,10 @@ def unavailable() -> str:
 
 def write(export: Export) -> list[Path]:
     """All groups in one file, frames by the numbers of their files."""
+    from ...io.refmesh_stream.writer import Quality, write_stream  # late: SciPy comes with it, and may be missing
+
     options: StreamOptions = export.options
-    quality = QUALITIES[options.quality]
+    quality = Quality(*QUALITIES[options.quality])
     if options.triangles:
         quality = replace(quality, triangles=options.triangles)
     target = export.target(FORMAT.extensions[0])

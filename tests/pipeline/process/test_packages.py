@@ -63,7 +63,7 @@ def test_a_package_that_is_not_there_is_missing(monkeypatch):
 
 
 def test_a_failed_import_says_which_package_or_why():
-    assert "'scipy' is missing: install" in import_problem(ModuleNotFoundError("No module named 'scipy.sparse'", name="scipy.sparse"))
+    assert "'scipy' is missing. Install" in import_problem(ModuleNotFoundError("No module named 'scipy.sparse'", name="scipy.sparse"))
     try:
         try:
             raise OSError("libc is too old")
