@@ -12,12 +12,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..core.errors import RefMeshError
+from .glb_limits import check_glb
 from .obj import parse_obj
+from .ply_surface import parse_ply_surface
+from .polygons import ParsedMesh
+from .stl import parse_stl
 from .trimesh_reader import parse_with_trimesh
-from .truncation import check_off, check_ply, check_stl
+from .truncation import check_off
 
 if TYPE_CHECKING:
     from ..core.color.appearance import Appearance
@@ -30,7 +32,7 @@ class Format:
 
     name : in options of operators and of the command line.  label : in menus.
     extensions : in lower case, with the dot; the first is the one that is written.
-    parse : the bytes of a file that holds one frame -> vertices (V, 3), triangles (T, 3). Raises ValueError, saying what is wrong.
+    parse : the bytes of a file that holds one frame -> its mesh. Raises ValueError, saying what is wrong.
     parse_appearance : the bytes of the same file and the files beside it -> its colors; None for a file without colors. A format
     without it holds none that are read.
     shared_vertices : whether triangles can share vertices; where they cannot, equal vertices are merged.
@@ -45,7 +47,7 @@ class Format:
     name: str
     label: str
     extensions: tuple[str, ...]
-    parse: Callable[[bytes], tuple[np.ndarray, np.ndarray]] | None = None
+    parse: Callable[[bytes], ParsedMesh] | None = None
     parse_appearance: Callable[[bytes, TextureFiles], Appearance | None] | None = None
     shared_vertices: bool = True
     load: Callable[[Path], None] | None = None
@@ -66,9 +68,11 @@ def _late(module: str, function: str) -> Callable[..., Any]:
 
 
 OBJ = Format("obj", "Wavefront OBJ", (".obj",), parse_obj, _late("obj_colors", "obj_appearance"))
-PLY = Format("ply", "PLY", (".ply",), partial(parse_with_trimesh, kind="ply", check=check_ply), _late("ply_colors", "ply_appearance"))
-STL = Format("stl", "STL", (".stl",), partial(parse_with_trimesh, kind="stl", check=check_stl), shared_vertices=False)
-GLB = Format("glb", "glTF Binary", (".glb",), partial(parse_with_trimesh, kind="glb"), _late("glb_colors", "glb_appearance"))
+PLY = Format("ply", "PLY", (".ply",), parse_ply_surface, _late("ply_colors", "ply_appearance"))
+STL = Format("stl", "STL", (".stl",), parse_stl, shared_vertices=False)
+GLB = Format(
+    "glb", "glTF Binary", (".glb",), partial(parse_with_trimesh, kind="glb", check=check_glb), _late("glb_colors", "glb_appearance")
+)
 OFF = Format("off", "OFF", (".off",), partial(parse_with_trimesh, kind="off", check=check_off))
 
 # By how often captures come in them: where a folder holds as many files of one as of another, the first is taken.

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 
 from ..core.color.appearance import Appearance
 from ..core.types import TriangleMesh
+from .glb_limits import check_glb
 from .images import eight_bits
 from .texture_files import TextureFiles
+from .trimesh_reader import load_scene, outward_faces, placed_meshes
 
 
 def glb_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
     """What colors a GLB; None for nothing. trimesh turns glTF's v, which counts from the top, the right way up."""
-    import trimesh
-
-    scene = trimesh.load_scene(io.BytesIO(data), file_type="glb", process=False)
-    parts, images = [], _Images()
-    for node in scene.graph.nodes_geometry:
-        transform, name = scene.graph[node]
-        part = scene.geometry[name]
-        if isinstance(part, trimesh.Trimesh):
-            parts.append(_part(part, transform, images))
+    check_glb(data)
+    images = _Images()
+    parts = [_part(part, transform, images) for part, transform in placed_meshes(load_scene(data, "glb"))]
     if not parts or not images.arrays and all((colors == 255).all() for _, _, _, _, colors in parts):
         return None
     starts = np.cumsum([0] + [len(part[0]) for part in parts])
@@ -49,8 +43,7 @@ class _Images:
 
 def _part(part, transform: np.ndarray, images: _Images) -> tuple[np.ndarray, ...]:
     """Vertices, triangles, uvs, materials and colors of one object in its place."""
-    mirrored = np.linalg.det(transform[:3, :3]) < 0
-    faces = np.asarray(part.faces[:, ::-1] if mirrored else part.faces, dtype=np.int64)
+    faces = outward_faces(part, transform)
     vertices = part.vertices @ transform[:3, :3].T + transform[:3, 3]
     visual = part.visual
     material, uv = getattr(visual, "material", None), getattr(visual, "uv", None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -11,20 +10,8 @@ from ..core.errors import RefMeshError
 from ..core.geometry.mesh import merged, triangle_areas
 from ..core.types import TriangleMesh
 from .formats import frame_format
-
-# What trimesh raises for files that are damaged or of another format (NameError: a variable that only intact files set).
-_DAMAGED = (
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    NameError,
-    ArithmeticError,
-    AssertionError,
-    NotImplementedError,
-    EOFError,
-    struct.error,
-)
+from .images import read_regular
+from .polygons import ParsedMesh
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:
@@ -43,7 +30,7 @@ def read_mesh(path: str | Path) -> TriangleMesh:
 def read_bytes(path: str | Path) -> bytes:
     """All bytes of an input file. Raises RefMeshError, naming it, when it cannot be read or is empty."""
     try:
-        data = Path(path).read_bytes()
+        data = read_regular(Path(path))
     except OSError as error:
         raise RefMeshError(f"{path}: cannot be read ({error.strerror or error})") from error
     if not data.strip():
@@ -53,21 +40,43 @@ def read_bytes(path: str | Path) -> bytes:
 
 def parse_mesh(data: bytes, path: str | Path) -> TriangleMesh:
     """What `read_mesh` does, for the bytes of a file that were read already; `path` gives the format and is named in messages."""
+    return parse_frame(data, path)[0]
+
+
+def parse_frame(data: bytes, path: str | Path) -> tuple[TriangleMesh, int]:
+    """What `parse_mesh` does, and how many faces were left out because they have fewer than three corners."""
     path = Path(path)
     known = frame_format(path)
     assert known.parse is not None
     try:
-        vertices, triangles = known.parse(data)
-    except _DAMAGED as error:
+        parsed = known.parse(data)
+        mesh = _checked(path, _without_unused_infinities(parsed))
+    except ValueError as error:
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise RefMeshError(f"{path}: cannot be read as {known.name.upper()}: {reason}") from error
-    mesh = _checked(path, vertices, triangles)
-    return mesh if known.shared_vertices else merged(mesh)[0]
+    except RecursionError as error:
+        raise RefMeshError(f"{path}: cannot be read as {known.name.upper()}: it is nested too deeply; export this frame again") from error
+    except MemoryError as error:
+        raise RefMeshError(f"{path}: needs more memory than there is; export this frame with fewer triangles") from error
+    return mesh if known.shared_vertices else merged(mesh)[0], parsed.omitted
 
 
-def _checked(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> TriangleMesh:
+def _without_unused_infinities(parsed: ParsedMesh) -> ParsedMesh:
+    """Without the vertices that are not finite and that no triangle uses."""
+    vertices, triangles, omitted = parsed
+    finite = np.isfinite(vertices).all(axis=1)
+    if finite.all() or not len(triangles) or triangles.min() < 0 or triangles.max() >= len(vertices):
+        return parsed
+    kept = finite.copy()
+    kept[triangles.ravel()] = True
+    return ParsedMesh(vertices[kept], (np.cumsum(kept) - 1)[triangles], omitted)
+
+
+def _checked(path: Path, parsed: ParsedMesh) -> TriangleMesh:
+    vertices, triangles, omitted = parsed
     if not len(triangles):
-        raise RefMeshError(f"{path}: holds no triangles; export this frame as a surface")
+        faces = f" ({omitted} faces have fewer than three corners)" if omitted else ""
+        raise RefMeshError(f"{path}: holds no triangles{faces}; export this frame as a surface")
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
         count, first = np.count_nonzero(~finite), int(np.argmin(finite))
@@ -80,7 +89,12 @@ def _checked(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Triangl
             "the file is damaged or truncated"
         )
     mesh = TriangleMesh(vertices, triangles)
-    area = triangle_areas(mesh).sum()
+    with np.errstate(over="ignore", invalid="ignore"):
+        area = triangle_areas(mesh).sum()
+    if not np.isfinite(area):
+        raise RefMeshError(
+            f"{path}: its coordinates are too large to compute with (up to {np.abs(vertices).max():.1e}); the file is damaged"
+        )
     if not area > 0:
         raise RefMeshError(f"{path}: all its triangles have zero area")
     return mesh

@@ -22,6 +22,9 @@ _OPTIONS = {
     "-texres": 1,
     "-type": 1,
 }
+_NUMERIC = ("-o", "-s", "-t", "-mm")  # options that may have fewer values, all of them numbers
+_MAPS = ("bump", "disp", "decal", "refl", "norm")  # maps whose keys do not begin with "map_"
+_WORD = re.compile(r"\S+")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -50,18 +53,30 @@ def parse_mtl(data: bytes) -> dict[str, Material]:
     return materials
 
 
+def map_names(data: bytes) -> list[str]:
+    """The images of all maps of a library, whatever they are for."""
+    rows = (line.split(None, 1) for line in data.decode("utf-8", "replace").splitlines())
+    maps = (row[1] for row in rows if len(row) == 2 and (row[0].lower().startswith("map_") or row[0].lower() in _MAPS))
+    return list(dict.fromkeys(filter(None, map(image_name, maps))))
+
+
 def image_name(text: str) -> str:
     """The file name behind the options of a map; names may hold spaces."""
-    words = text.split()
-    while len(words) > 1 and words[0].lower() in _OPTIONS:
-        most, taken = _OPTIONS[words[0].lower()], 1
-        numbers_only = words[0].lower() in ("-o", "-s", "-t", "-mm")
-        while taken <= most and len(words) > taken + 1 and (not numbers_only or _NUMBER.fullmatch(words[taken])):
-            taken += 1
-        for word in words[:taken]:
-            text = text.lstrip()[len(word) :]
-        words = words[taken:]
-    return text.strip().strip('"').replace("\\", "/")
+    words = list(_WORD.finditer(text))
+    at = 0
+    while at < len(words) - 1 and words[at][0].lower() in _OPTIONS:
+        at = _after_option(words, at)
+    return (text[words[at].start() :] if words else "").strip().strip('"').replace("\\", "/")
+
+
+def _after_option(words: list[re.Match[str]], at: int) -> int:
+    """The word behind an option and its values, of which the last word of the line, a file name, is never one."""
+    option = words[at][0].lower()
+    last = min(at + _OPTIONS[option], len(words) - 2)
+    at += 1
+    while at <= last and (option not in _NUMERIC or _NUMBER.fullmatch(words[at][0])):
+        at += 1
+    return at
 
 
 def _color(text: str) -> tuple[float, float, float] | None:

@@ -5,9 +5,12 @@ Our own reader because trimesh splits vertices along UV seams and material borde
 
 from __future__ import annotations
 
+import codecs
 import re
 
 import numpy as np
+
+from .polygons import ParsedMesh, fan
 
 # Open3D and MeshLab state the number of faces in a comment at the top of a file.
 _STATED_FACES = re.compile(rb"#\s*(?:number of triangles|faces)\s*:\s*([0-9]+)\s*$", re.IGNORECASE)
@@ -16,13 +19,13 @@ CUT_OFF_UNUSED = 0.02
 _ATTRIBUTE_INDICES = re.compile(rb"/\S*")
 
 
-def parse_obj(data: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) float64 in the order of the file and triangles (T, 3) int64; polygons become fans.
+def parse_obj(data: bytes) -> ParsedMesh:
+    """Vertices in the order of the file, and triangles; polygons become fans, faces of one or two corners are left out.
 
-    All objects and groups are taken together; normals, texture coordinates and materials are ignored.
+    All objects and groups are taken together; points, lines, normals, texture coordinates and materials are ignored.
     Raises ValueError, with the line number, for a file that is not an OBJ or ends too early.
     """
-    lines = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
+    lines = obj_lines(data)
     vertex_lines, face_lines, vertices_before = [], [], []
     for number, line in enumerate(lines, start=1):
         keyword = line.lstrip()[:2]
@@ -36,17 +39,44 @@ def parse_obj(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     vertices = _parse_vertices(lines, vertex_lines)
     corners, sizes = _parse_faces(lines, face_lines)
     corners = _absolute(corners, np.repeat(np.array(vertices_before, dtype=np.int64), sizes))
-    _check_complete(data, lines, len(vertices), corners, len(sizes))
-    return vertices, fan(corners, sizes)
+    ends_inside_line = not data.rstrip(b"\0").endswith((b"\n", b"\r"))  # the zeros are those of UTF-16
+    if ends_inside_line and len(sizes) and sizes[-1] < 3 and face_lines[-1] == len(lines):
+        raise ValueError(
+            f"line {len(lines)}, the last, is a face with fewer than three corners: '{_shown(lines[-1])}'; is the file truncated?"
+        )
+    _check_complete(ends_inside_line, lines, len(vertices), corners, len(sizes))
+    return ParsedMesh(vertices, fan(corners, sizes), int(np.count_nonzero(sizes < 3)))
 
 
-def fan(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Triangles (T, 3) of polygons given by their corners one after the other and the number of corners of each."""
-    starts = np.cumsum(sizes) - sizes
-    per_polygon = sizes - 2
-    first = np.repeat(starts, per_polygon)
-    step = np.arange(per_polygon.sum()) - np.repeat(np.cumsum(per_polygon) - per_polygon, per_polygon)
-    return corners[np.column_stack([first, first + step + 1, first + step + 2])]
+def obj_lines(data: bytes) -> list[bytes]:
+    """The lines of an OBJ without byte-order mark. A continued line stands where it begins, with empty lines in place of the others.
+
+    Blanks may follow the backslash; a comment that ends with one, as a path on Windows does, is not continued.
+    Raises ValueError for UTF-16 that cannot be decoded.
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        data = data.decode("utf-16").encode()
+    lines = data.removeprefix(codecs.BOM_UTF8).splitlines()
+    return _joined(lines) if b"\\" in data else lines
+
+
+def library_names(data: bytes) -> list[str]:
+    """The material libraries that an OBJ names, each once, with forward slashes."""
+    words = (line.split(None, 1) for line in obj_lines(data) if line.lstrip()[:6].lower() == b"mtllib")
+    names = (rest[0].decode("utf-8", "replace").strip().replace("\\", "/") for _, *rest in words if rest)
+    return list(dict.fromkeys(names))
+
+
+def _joined(lines: list[bytes]) -> list[bytes]:
+    joined: list[bytes] = []
+    parts: list[bytes] = []
+    for line in lines:
+        parts.append(line)
+        comment = parts[0].lstrip().startswith(b"#")
+        if comment or not line.rstrip().endswith(b"\\"):
+            joined += [b" ".join([*(part.rstrip()[:-1] for part in parts[:-1]), line]), *[b""] * (len(parts) - 1)]
+            parts = []
+    return joined + parts
 
 
 def _parse_vertices(lines: list[bytes], numbers: list[int]) -> np.ndarray:
@@ -76,9 +106,6 @@ def _parse_faces(lines: list[bytes], numbers: list[int]) -> tuple[np.ndarray, np
     except (ValueError, OverflowError):
         number = next(number for number, face in zip(numbers, faces, strict=True) if not all(map(_is_index, face)))
         raise ValueError(f"line {number} is not a face: '{_shown(lines[number - 1])}'") from None
-    if (sizes < 3).any():
-        number = numbers[int(np.argmax(sizes < 3))]
-        raise ValueError(f"line {number} is a face with fewer than three corners: '{_shown(lines[number - 1])}'; is the file truncated?")
     return corners, sizes
 
 
@@ -91,12 +118,11 @@ def _absolute(corners: np.ndarray, vertices_before: np.ndarray) -> np.ndarray:
     return np.where(corners >= 0, corners - 1, np.where(vertices_before + corners < 0, -1, vertices_before + corners))
 
 
-def _check_complete(data: bytes, lines: list[bytes], vertices: int, corners: np.ndarray, faces: int) -> None:
+def _check_complete(ends_inside_line: bool, lines: list[bytes], vertices: int, corners: np.ndarray, faces: int) -> None:
     stated = _stated_faces(lines)
     if stated is not None and faces < stated:
         raise ValueError(f"it is truncated: its header announces {stated} faces, {faces} are there")
     # Either sign alone occurs in intact files; a file truncated in the middle of its faces shows both.
-    ends_inside_line = not data.endswith((b"\n", b"\r"))
     unused = vertices - len(np.unique(corners))
     if ends_inside_line and faces and unused > CUT_OFF_UNUSED * vertices:
         raise ValueError(f"it seems truncated: no face uses {unused} of its {vertices} vertices; if it is whole, end it with a line break")

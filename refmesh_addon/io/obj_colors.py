@@ -10,7 +10,8 @@ from ..core.color.appearance import Appearance
 from ..core.types import TriangleMesh
 from .images import decoded
 from .mtl import Material, parse_mtl
-from .obj import fan, parse_obj
+from .obj import library_names, obj_lines, parse_obj
+from .polygons import fan
 from .texture_files import TextureFiles
 
 WHITE = Material()
@@ -21,13 +22,13 @@ def obj_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
 
     Raises ValueError, in words, for an OBJ that cannot be read, RefMeshError for an image that cannot be decoded.
     """
-    lines = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
-    vertices, triangles = parse_obj(data)
+    lines = obj_lines(data)
+    vertices, triangles, _ = parse_obj(data)
     faces = _Faces.of(lines)
     uvs, mapped, materials = faces.triangles()
     if len(uvs) != len(triangles):
         raise ValueError(f"{len(uvs)} of its {len(triangles)} triangles have corners that can be understood")
-    library = _materials(lines, files)
+    library = _materials(data, files)
     named = [library.get(name, WHITE) for name in faces.names]
     images, place = _images(named, np.unique(materials[mapped]), files)
     colored = _vertex_colors(lines, len(vertices))
@@ -46,6 +47,7 @@ class _Faces:
     """
 
     names: list[str] = field(default_factory=lambda: [""])
+    _places: dict[str, int] = field(default_factory=lambda: {"": 0})
     corners: list[list[bytes]] = field(default_factory=list)
     materials: list[int] = field(default_factory=list)
     coordinates: list[list[bytes]] = field(default_factory=list)
@@ -72,9 +74,10 @@ class _Faces:
 
     def _named(self, rest: list[bytes]) -> int:
         name = rest[0].decode("utf-8", "replace").strip() if rest else ""
-        if name not in self.names:
+        if name not in self._places:
+            self._places[name] = len(self.names)
             self.names.append(name)
-        return self.names.index(name)
+        return self._places[name]
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Texture coordinates (T, 3, 2) float32, whether (T,) all corners have some, and the material (T,) of each triangle."""
@@ -99,10 +102,9 @@ def _numbers(coordinates: list[list[bytes]]) -> np.ndarray:
     return np.array([[float(value) for value in (*pair, b"0")[:2]] for pair in coordinates], np.float32)
 
 
-def _materials(lines: list[bytes], files: TextureFiles) -> dict[str, Material]:
+def _materials(data: bytes, files: TextureFiles) -> dict[str, Material]:
     result: dict[str, Material] = {}
-    libraries = [line.split(None, 1)[1] for line in lines if line.lstrip()[:7].lower() == b"mtllib " and len(line.split()) > 1]
-    for name in dict.fromkeys(library.decode("utf-8", "replace").strip().replace("\\", "/") for library in libraries):
+    for name in library_names(data):
         library = files.read(name)
         if library is None and not files.notes:
             files.notes.append(f"{files.frame}: names the material library '{name}', which is not there")

@@ -8,13 +8,13 @@ from ..core.color.appearance import Appearance
 from ..core.geometry.ragged import ragged_indices
 from ..core.types import TriangleMesh
 from .images import decoded
-from .obj import fan
 from .ply_elements import Ply, RaggedList, parse_ply
+from .ply_surface import CORNER_LISTS
+from .polygons import fan
 from .texture_files import TextureFiles
 
 _CHANNELS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
-_CORNER_LISTS = ("vertex_indices", "vertex_index")
 
 
 def ply_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
@@ -24,7 +24,7 @@ def ply_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
     """
     ply = parse_ply(data)
     vertex, face = ply.elements.get("vertex", {}), ply.elements.get("face", {})
-    polygons = next((face[name] for name in _CORNER_LISTS if name in face), None)
+    polygons = next((face[name] for name in CORNER_LISTS if name in face), None)
     if not isinstance(polygons, RaggedList) or not {"x", "y", "z"} <= vertex.keys():
         return None
     whole = polygons.sizes > 2

@@ -10,6 +10,8 @@ from .images import EXTENSIONS, read_regular
 _NUMBER = re.compile(r"[0-9]+(?!.*[0-9])")  # the last one in a name
 _FOREIGN = re.compile(r"[A-Za-z]:/|/")  # a path on the machine that wrote the file
 
+MOST_SHOWN = 80  # characters of a name in a message
+
 
 class TextureFiles:
     """The files beside one frame; nothing outside the frame's folder is ever opened.
@@ -49,6 +51,19 @@ class TextureFiles:
         """The file of this name in the frame's folder or below; paths of other machines are looked up by their last part."""
         if not name or "\0" in name:
             return None
+        try:
+            return self._found(name)
+        except (OSError, RuntimeError) as error:  # a name that is too long, a loop of links
+            reason = getattr(error, "strerror", None) or "a loop of links"
+            self.notes.append(f"{self.frame}: names '{name[:MOST_SHOWN]}', which cannot be opened ({reason})")
+            return None
+
+    def holds(self, name: str) -> bool:
+        """Whether a file of this name is there, a regular one inside of the frame's folder."""
+        path = self.find(name)
+        return path is not None and path.is_file()
+
+    def _found(self, name: str) -> Path | None:
         inside, beside = self.folder / name, self.folder / Path(name).name
         if _FOREIGN.match(name):
             return self._other_case(beside)

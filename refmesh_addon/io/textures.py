@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
-_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
-_MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+(.+?)[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
-_OPTION = re.compile(r"^-\w+(?:\s+(?:on|off|-?[0-9.]+))*\s+")
+from .mtl import map_names
+from .obj import library_names
+from .texture_files import TextureFiles
 
 
 def missing_textures(data: bytes, path: Path) -> tuple[str, ...]:
-    """Names of the material libraries and textures that an OBJ file refers to and that are missing.
+    """Names of the material libraries and textures that an OBJ file refers to and that are missing, or outside of its folder.
 
     data : the bytes of the file.  path : of the file; one that is not an OBJ refers to none.
     """
     if path.suffix.lower() != ".obj":
         return ()
-    missing = []
-    for library in _names(_LIBRARY, data):
-        library_path = path.parent / library
-        try:
-            textures = _names(_MAP, library_path.read_bytes())
-        except OSError:
+    files, missing = TextureFiles(path), []
+    for library in library_names(data):
+        content = files.read(library)
+        if content is None:
             missing.append(library)
-            continue
-        missing += [texture for texture in textures if not (library_path.parent / texture).is_file()]
+        else:
+            missing += [texture for texture in map_names(content) if not files.holds(texture)]
     return tuple(dict.fromkeys(missing))
-
-
-def _names(pattern: re.Pattern[bytes], data: bytes) -> list[str]:
-    """File names as written on any system, without the options in front of them."""
-    names = (match.decode("utf-8", "replace").replace("\\", "/") for match in pattern.findall(data))
-    return [_OPTION.sub("", name) for name in names]

@@ -7,7 +7,7 @@ from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.mesh import is_watertight, merged, signed_volume, triangle_areas
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.formats import FRAME_FORMATS
-from refmesh_addon.io.meshes import parse_mesh, read_mesh
+from refmesh_addon.io.meshes import parse_frame, parse_mesh, read_mesh
 
 FORMATS = [known.name for known in FRAME_FORMATS.values()]
 QUAD_PLY = """ply
@@ -108,6 +108,20 @@ def test_meshes_that_no_stage_could_use_are_refused_by_name(tmp_path, body, mess
     assert str(caught.value).startswith(str(path))
 
 
+def test_vertices_that_no_triangle_uses_need_not_be_finite():
+    body = b"v nan 0 0\nv 0 0 0\nv 1 0 0\nv inf 2 2\nv 0 1 0\nv 5 5 5\nf 2 3 5\n"
+    mesh = parse_mesh(body, "frame.obj")
+    assert_array_equal(mesh.vertices, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5]])
+    assert_array_equal(mesh.triangles, [[0, 1, 2]])
+
+
+def test_faces_left_out_are_counted():
+    mesh, omitted = parse_frame(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\n", "frame.obj")
+    assert (len(mesh.triangles), omitted) == (1, 1)
+    with pytest.raises(RefMeshError, match=r"holds no triangles \(1 faces have fewer than three corners\)"):
+        parse_mesh(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "frame.obj")
+
+
 def test_indices_out_of_range_are_refused_in_binary_files_too(ball):
     data = bytearray(exported(ball, "ply"))
     data[-4:] = (2**32 - 1).to_bytes(4, "little")
@@ -160,3 +174,20 @@ def test_captures_hold_the_triangles_that_trimesh_finds(shared_data, name):
     mesh, other = read_mesh(path), trimesh.load(path, process=False)
     assert_array_equal(np.sort(mesh.vertices[mesh.triangles].reshape(-1, 9), axis=0), np.sort(other.triangles.reshape(-1, 9), axis=0))
     assert len(merged(mesh)[0].vertices) <= len(mesh.vertices)
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "triangles", "volume", "omitted"),
+    [
+        ("line_face", "frame_0000.obj", 1280, 5.9397, 1),
+        ("continuation_space", "frame_0000.obj", 1280, 5.9397, 0),
+        ("stl_trailing", "frame_0000.stl", 1280, None, 0),
+        ("blender_ply", "s_000.ply", 528, 4.8847, 0),
+    ],
+)
+def test_reported_files_are_read(shared_data, folder, name, triangles, volume, omitted):
+    path = shared_data("reports") / folder / name
+    mesh, left_out = parse_frame(path.read_bytes(), path)
+    assert (len(mesh.triangles), left_out) == (triangles, omitted)
+    if volume:
+        assert_allclose(signed_volume(mesh), volume, rtol=1e-4)

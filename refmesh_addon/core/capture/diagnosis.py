@@ -27,6 +27,7 @@ class FrameStatistics:
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
     vertices, diagonal, volume, open_edges, inward : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
+    omitted_faces : faces of the file that have fewer than three corners.
     """
 
     number: int
@@ -38,6 +39,7 @@ class FrameStatistics:
     open_edges: int = 0
     inward: float = 0.0
     missing_textures: tuple[str, ...] = ()
+    omitted_faces: int = 0
 
 
 # A number to judge a frame by: a jump from frame to frame, or above 0, is a finding.
@@ -59,6 +61,7 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> lis
         *_jumps(readable, "volume", VOLUME_JUMP, lambda frame: abs(frame.volume)),
         *_notes(readable, "holes", lambda frame: frame.open_edges, "{:d} edges are open; holes are capped where volume counts"),
         *_notes(readable, "facing", _inward, "{:.0%} of the surface faces inward; it is flipped"),
+        *_notes(readable, "faces", lambda frame: frame.omitted_faces, "{:d} degenerate faces with fewer than three corners are left out"),
         *_notes(readable, "textures", lambda frame: len(frame.missing_textures), "{:d} textures are missing: {names}"),
     ]
     order = list(SEVERITIES)

@@ -15,21 +15,25 @@ from pathlib import Path
 from ...core.capture.cleaning import CapturedFrame, cleaned
 from ...core.errors import RefMeshError
 from ...io.files import atomic_file, output_folder
-from ...io.meshes import parse_mesh, read_bytes
+from ...io.meshes import parse_frame, read_bytes
 from ...io.preview import PreviewMesh, preview_path
 from ...io.sequence import Frame, Sequence
 from .cache import digest
 from .cached_map import WorkUnit, cached_map
 from .session import Session, StageShare
 
-FRAME_SCHEMA = 4
+FRAME_SCHEMA = 5
 
 
 @dataclass(frozen=True)
 class CapturedFile(PreviewMesh):
-    """A file of the sequence: the mesh as it came, as Blender shows it, and cleaned."""
+    """A file of the sequence: the mesh as it came, as Blender shows it, and cleaned.
+
+    omitted_faces : faces of the file that were left out because they have fewer than three corners.
+    """
 
     captured: CapturedFrame
+    omitted_faces: int
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ def capture(path: Path, key: str) -> CapturedFile:
     data = read_bytes(path)
     if _key(data) != key:
         raise RefMeshError(f"{path}: the file changed while it was read; start the run again")
-    mesh = parse_mesh(data, path)
-    return CapturedFile(**vars(PreviewMesh.of(mesh)), captured=cleaned(mesh))
+    mesh, omitted = parse_frame(data, path)
+    return CapturedFile(**vars(PreviewMesh.of(mesh)), captured=cleaned(mesh), omitted_faces=omitted)
 
 
 def _unit(frame: Frame) -> WorkUnit:

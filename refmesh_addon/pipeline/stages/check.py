@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ...core.capture.cleaning import CapturedFrame
 from ...core.capture.diagnosis import FrameStatistics, diagnose
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
@@ -13,7 +12,7 @@ from ...io.preview import preview_path, remove_other_previews
 from ...io.sequence import Frame, Sequence
 from ...io.textures import missing_textures
 from ..session.cache import Cache
-from ..session.capture import capture_sequence
+from ..session.capture import CapturedFile, capture_sequence
 from ..session.job import CACHE_FOLDER, CHECK, JobSpec
 from ..session.parallel import Workers
 from ..session.session import Notify, Session, StageShare
@@ -30,7 +29,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     errors: dict[int, RefMeshError] = {}
     captured = capture_sequence(session, sequence, StageShare(CHECK), errors.__setitem__)
     statistics = [
-        _unreadable(frame, errors[index]) if index in errors else _statistics(frame, captured.files[index].captured, captured.keys[index])
+        _unreadable(frame, errors[index]) if index in errors else _statistics(frame, captured.files[index], captured.keys[index])
         for index, frame in enumerate(sequence.frames)
     ]
     findings = diagnose(statistics, sequence.gaps)
@@ -43,6 +42,7 @@ def _unreadable(frame: Frame, error: RefMeshError) -> FrameStatistics:
     return FrameStatistics(frame.number, str(error).replace(f"{frame.path}: ", ""))
 
 
-def _statistics(frame: Frame, captured: CapturedFrame, key: str) -> FrameStatistics:
+def _statistics(frame: Frame, file: CapturedFile, key: str) -> FrameStatistics:
     textures = missing_textures(read_bytes(frame.path), frame.path)  # asked for each time: they are files of their own
-    return FrameStatistics(frame.number, content=key, missing_textures=textures, **vars(captured.statistics))
+    statistics = vars(file.captured.statistics)
+    return FrameStatistics(frame.number, content=key, missing_textures=textures, omitted_faces=file.omitted_faces, **statistics)
