@@ -44,16 +44,16 @@ class Hierarchy(FrozenArrays):
 
 def vertex_hierarchy(triangles: np.ndarray, count: int) -> Hierarchy:
     """The levels of (T, 3) triangles over `count` vertices; the same on every platform."""
-    left, alive, levels = triangles.astype(np.int64), np.ones(count, dtype=bool), []
-    while alive.sum() > COARSEST:
+    left, remaining, levels = triangles.astype(np.int64), np.ones(count, dtype=bool), []
+    while remaining.sum() > COARSEST:
         adjacency = neighbors(left, count)
-        fine = _independent(adjacency, alive)
-        if len(fine) < LEAST_SHARE * alive.sum():
+        fine = _independent(adjacency, remaining)
+        if len(fine) < LEAST_SHARE * remaining.sum():
             break
         levels.append(Level(fine, left, adjacency))
-        alive[fine] = False
+        remaining[fine] = False
         left = _collapsed(left, fine, adjacency)
-    return Hierarchy(np.flatnonzero(alive), tuple(reversed(levels)))
+    return Hierarchy(np.flatnonzero(remaining), tuple(reversed(levels)))
 
 
 def neighbors(triangles: np.ndarray, count: int) -> sparse.csr_matrix:
@@ -65,19 +65,19 @@ def neighbors(triangles: np.ndarray, count: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((np.ones(len(keys)), columns, starts), shape=(count, count))
 
 
-def _independent(adjacency: sparse.csr_matrix, alive: np.ndarray) -> np.ndarray:
+def _independent(adjacency: sparse.csr_matrix, remaining: np.ndarray) -> np.ndarray:
     """Vertices of low valence, no two of them neighbors, ascending."""
     valence = np.diff(adjacency.indptr)
-    hashed = np.arange(len(alive)) * _HASH % (1 << _HASH_BITS)
-    order = np.lexsort([np.arange(len(alive)), hashed, valence])
-    rank = np.empty(len(alive), dtype=np.int64)
-    rank[order] = np.arange(len(alive))
-    rank[~alive | (valence > HIGHEST_VALENCE) | (valence == 0)] = len(alive)
-    chosen = np.zeros(len(alive), dtype=bool)
+    hashed = np.arange(len(remaining)) * _HASH % (1 << _HASH_BITS)
+    order = np.lexsort([np.arange(len(remaining)), hashed, valence])
+    rank = np.empty(len(remaining), dtype=np.int64)
+    rank[order] = np.arange(len(remaining))
+    rank[~remaining | (valence > HIGHEST_VALENCE) | (valence == 0)] = len(remaining)
+    chosen = np.zeros(len(remaining), dtype=bool)
     for _ in range(ROUNDS):
-        new = (rank < _least_around(adjacency, rank)) & (rank < len(alive))
+        new = (rank < _least_around(adjacency, rank)) & (rank < len(remaining))
         chosen |= new
-        rank[new | (adjacency @ new > 0)] = len(alive)
+        rank[new | (adjacency @ new > 0)] = len(remaining)
     return np.flatnonzero(chosen)
 
 

@@ -1,4 +1,4 @@
-"""Models of a range coder, made of integer tables only, by the package `constriction`."""
+"""Models of a range coder, from integer tables only, by the package `constriction`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Tables = dict[int, tuple[int, int, int]]  # class -> parameters of its frequenci
 
 
 def load_constriction():
-    """The package. Raises RefMeshError, in words, where it is missing."""
+    """The package. Raises RefMeshError where it is missing."""
     try:
         import constriction
     except ImportError as error:
@@ -31,7 +31,7 @@ def load_constriction():
 
 
 class Adaptive:
-    """Frequencies of one context that follow what occurs, and the model made of them."""
+    """Frequencies of one context that follow what occurs, and the model of them."""
 
     def __init__(self, size: int, make: Callable[[np.ndarray], Any]):
         self._counts, self._make, self._since, self.model = [1] * size, make, 0, None
@@ -53,7 +53,7 @@ class Adaptive:
 
 
 class Models:
-    """Models of `constriction`, made once each."""
+    """Models of `constriction`, each built once."""
 
     def __init__(self) -> None:
         self._stream = load_constriction().stream

@@ -22,7 +22,6 @@ from ..refmesh_stream.writer import FrameGroup
 from .container import Container
 from .triangle_order import packing_order
 
-_Course = tuple[np.ndarray, np.ndarray, str]  # (N,) times, values at these, interpolation
 EVERY = 1 << 30  # triangles: none is left out
 EARLY = 1 / 64  # of a frame, that groups take turns before the first frame of the next
 ENOUGH = 0.5  # of the error: where fewer triangles use up less, more of them save nothing
@@ -161,27 +160,28 @@ def _add_scene(
     center = models[0][1].origin  # far from the origin, single precision would be too coarse for every group by itself
     place = placement.copy()
     place[:3, 3] += place[:3, :3] @ center
-    nodes: list[dict] = [{"name": "RefMesh", "children": [], "matrix": place.T.ravel().tolist()}]
-    samplers: list[dict] = []
-    channels: list[dict] = []
+    nodes, animation = [_root(models[0][1].origin, placement)], _Animation(container)
     first = models[0][0][0]
     switches = [(numbers[0] - first - EARLY) / frame_rate for numbers, _, _ in models]
     for index, (numbers, model, _) in enumerate(models):
         switch, body = len(nodes), len(nodes) + 1
         nodes[0]["children"].append(switch)
-        scale = [model.unit] * 3
         nodes.append({"name": f"frames {numbers[0]} to {numbers[-1]}", "children": [body]} | ({"scale": [0, 0, 0]} if index else {}))
-        nodes.append({"mesh": index, "translation": (model.origin - center).tolist(), "scale": scale})
+        nodes.append({"mesh": index, "translation": (model.origin - models[0][1].origin).tolist(), "scale": [model.unit] * 3})
         if len(models) > 1:
             times, shown = _switched(switches, index)
-            _animate(container, (samplers, channels), (switch, "scale"), (times, np.repeat(shown[:, None], 3, axis=1), "STEP"))
+            animation.add((switch, "scale"), times, np.repeat(shown[:, None], 3, axis=1), "STEP")
         if len(model.targets) and len(numbers) > 1:
-            times = (np.array(numbers) - first) / frame_rate
-            _animate(container, (samplers, channels), (body, "weights"), (times, model.weights.ravel(), "LINEAR"))
+            animation.add((body, "weights"), (np.array(numbers) - first) / frame_rate, model.weights.ravel(), "LINEAR")
     meshes = [mesh for _, _, mesh in models]
-    container.content = {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "meshes": meshes}
-    if channels:
-        container.content["animations"] = [{"name": "RefMesh", "samplers": samplers, "channels": channels}]
+    container.content = {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "meshes": meshes, **animation.content()}
+
+
+def _root(center: np.ndarray, placement: np.ndarray) -> dict:
+    """The node of everything, about the first group: far from the origin, single precision would be too coarse for each by itself."""
+    place = placement.copy()
+    place[:3, 3] += place[:3, :3] @ center
+    return {"name": "RefMesh", "children": [], "matrix": place.T.ravel().tolist()}
 
 
 def _switched(switches: list[float], index: int) -> tuple[np.ndarray, np.ndarray]:
@@ -196,10 +196,23 @@ def _switched(switches: list[float], index: int) -> tuple[np.ndarray, np.ndarray
     return np.array(times), np.array(shown)
 
 
-def _animate(container: Container, animation: tuple[list, list], target: tuple[int, str], course: _Course) -> None:
-    """Adds a channel and its sampler.  target : number of a node, and what of it moves."""
-    samplers, channels = animation
-    node, path = target
-    times, values, interpolation = course
-    samplers.append({"input": container.values(times), "output": container.values(values), "interpolation": interpolation})
-    channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
+class _Animation:
+    """Channels and samplers of one animation."""
+
+    def __init__(self, container: Container):
+        self._container = container
+        self._channels: list[dict] = []
+        self._samplers: list[dict] = []
+
+    def add(self, target: tuple[int, str], times: np.ndarray, values: np.ndarray, interpolation: str) -> None:
+        """A channel.  target : number of a node, and what of it changes.  times : (N,) seconds.  values : at these times."""
+        node, path = target
+        sampler = {"input": self._container.values(times), "output": self._container.values(values), "interpolation": interpolation}
+        self._samplers.append(sampler)
+        self._channels.append({"sampler": len(self._samplers) - 1, "target": {"node": node, "path": path}})
+
+    def content(self) -> dict:
+        """The animation as the document holds it; nothing where nothing changes."""
+        if not self._channels:
+            return {}
+        return {"animations": [{"name": "RefMesh", "samplers": self._samplers, "channels": self._channels}]}
