@@ -9,7 +9,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test fuzz peers viewers lint samples pictures extension test-extension lock clean
+.PHONY: help environment demo test fuzz peers viewers lint samples pictures pages extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -53,6 +53,10 @@ samples: environment
 ## make pictures   draw the pictures in docs/pictures again
 pictures: environment
 	$(RUN) docs/make_pictures.py
+
+## make pages      write the pages of the panel in docs/panel as HTML again
+pages: environment
+	$(RUN) docs/make_panel_pages.py
 
 ## make extension  the zips to be installed in Blender, one for each platform, in build/ (WITH_PYMESHLAB=1 puts PyMeshLab in)
 extension: environment

@@ -16,14 +16,35 @@ def option(
     choices: dict[str, str] | None = None,
     titles: dict[str, str] | None = None,
     label: str | None = None,
+    manual: int | None = None,
 ):
     """A dataclass field with what a panel or a command line needs to show it.
 
     low, high : inclusive bounds of a number.  choices : name -> one-line explanation.
     titles : name -> how the panel writes it, where that is not the name itself.  label : as the panel shows the setting.
+    manual : of a number that is chosen automatically where it is 0: what it begins with when a person sets it.
     """
     texts = {"help": help, "choices": choices, "titles": titles or {}, "label": label}
-    return field(default=default, metadata={"low": low, "high": high, **texts})
+    return field(default=default, metadata={"low": low, "high": high, "manual": manual, **texts})
+
+
+def title(name: str) -> str:
+    """ "group_size" as the panel writes it: "Group Size"."""
+    return name.replace("_", " ").title()
+
+
+def label_of(item: Field) -> str:
+    """The name of a setting as the panel shows it."""
+    return item.metadata["label"] or title(item.name)
+
+
+def value_label(item: Field, value: object) -> str:
+    """The value of a setting as the panel shows it."""
+    if item.metadata["choices"] is not None:
+        return item.metadata["titles"].get(value, title(str(value)))
+    if item.metadata["manual"] is not None and not value:
+        return "Auto"
+    return "empty" if value == "" else str(value)
 
 
 def check_value(item: Field, value: object) -> None:

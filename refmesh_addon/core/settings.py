@@ -20,7 +20,11 @@ class TrackingSettings(StageSettings):
     """Volume tracking: centers that follow the inside of the body through the sequence."""
 
     centers: int = option(
-        1000, "Points that follow the volume; more of them reach thinner parts such as fingers and cost time", low=16, high=8000
+        1000,
+        "Points, called centers, that follow the volume; more of them reach thinner parts such as fingers and cost time",
+        low=16,
+        high=8000,
+        label="Detail",
     )
     resolution: int = option(
         256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel Resolution"
@@ -66,15 +70,14 @@ class ReferenceSettings(StageSettings):
         titles={"long": "As Long as It Holds", "groups": "Each Group", "frames": "N Frames"},
         label="One Mesh for",
     )
-    segment_frames: int = option(
-        60, "Frames that have one mesh when their number is given", low=1, high=100_000, label="Frames of One Mesh"
-    )
+    segment_frames: int = option(60, "Frames that have one mesh when their number is given", low=1, high=100_000, label="Frames per Mesh")
     group_size: int = option(
         5,
         "Frames that share one reference mesh; 0 (auto) chooses groups by content: they end where bodies have deformed much or where "
         "something appears or leaves, and include frames that show touching bodies apart",
         low=0,
         high=1000,
+        manual=5,
     )
     longest_group: int = option(10, "Maximum number of frames of a group when groups are chosen by content", low=1, high=1000)
     group_starts: str = option(
@@ -126,12 +129,14 @@ class ReferenceSettings(StageSettings):
         "Screened Poisson reconstruction on 2^depth cells along the longest side; 0 (auto) takes it from the triangle budget",
         low=0,
         high=12,
+        manual=8,
     )
     triangles: int = option(
         0,
         "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames, and at least 30,000",
         low=0,
         high=5_000_000,
+        manual=30_000,
     )
 
 
@@ -198,7 +203,11 @@ class ColorSettings(StageSettings):
         choices={"keep": "As captured", "even": "One gain per frame and channel; the report lists them"},
     )
     texture_format: str = option(
-        "png", "Files of the texture sequence", choices={"png": "Lossless", "jpeg": "A fifth of the size, with slight artifacts"}
+        "png",
+        "Files of the texture sequence",
+        choices={"png": "Lossless", "jpeg": "A fifth of the size, with slight artifacts"},
+        titles={"png": "PNG", "jpeg": "JPEG"},
+        label="Texture Files",
     )
 
 
@@ -257,6 +266,7 @@ def _stage_type(stage: Field) -> Any:
     return type(stage.default)
 
 
+PRESET_TITLES = {"draft": "Quick Look", "standard": "Standard", "paper": "Published Method"}  # as the panel shows them
 EDITS = ("group_starts", "apart")  # notes of the user on one sequence, which no preset changes
 # What each preset changes; everything else keeps its default.
 PRESETS: dict[str, dict[str, object]] = {

@@ -13,8 +13,10 @@ import bpy
 from ..core.errors import RefMeshError
 from ..pipeline.process.packages import import_problem
 from ..properties.selection import sequence_object
+from ..properties.wording import for_window
 
 NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
+CHECK_INSTALLATION = ". 'Check Installation' in the preferences of RefMesh names what does not work"
 LEAVE_EDIT_MODE = "leave edit mode first"
 
 
@@ -26,9 +28,9 @@ def reporting(execute: Callable) -> Callable:
         try:
             return execute(self, context, *more)
         except RefMeshError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, for_window(str(error)))
         except ImportError as error:
-            self.report({"ERROR"}, import_problem(error))
+            self.report({"ERROR"}, import_problem(error) + ("" if bpy.app.background else CHECK_INSTALLATION))
         return {"CANCELLED"}
 
     return wrapped

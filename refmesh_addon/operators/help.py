@@ -1,5 +1,6 @@
-"""Opens the documentation of a step."""
+"""Opens the documentation of a step in the web browser."""
 
+import webbrowser
 from pathlib import Path
 
 import bpy
@@ -9,11 +10,11 @@ from ..core.errors import RefMeshError
 from .common import reporting
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "panel"  # in the checkout as in the zip
-STEPS = ("sequence", "track", "reference", "deform", "export")
+STEPS = ("sequence", "track", "reference", "deform", "color", "export")
 
 
 class REFMESH_OT_help(bpy.types.Operator):
-    """Open the documentation of this step"""
+    """Open the documentation of this step in the web browser"""
 
     bl_idname = "refmesh.help"
     bl_label = "Help"
@@ -23,11 +24,12 @@ class REFMESH_OT_help(bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        page = PAGES / f"{self.page}.md"
+        page = PAGES / f"{self.page}.html"
         if not page.is_file():
             raise RefMeshError(f"{page}: the page is missing; install the extension again")
-        if not bpy.app.background:  # without a window it only reports the path
-            bpy.ops.wm.path_open(filepath=str(page))
+        # Without a window it only reports the path.
+        if not bpy.app.background and not webbrowser.open(page.as_uri()):
+            raise RefMeshError(f"no web browser can be started: open {page} by hand")
         self.report({"INFO"}, f"{page}")
         return {"FINISHED"}
 

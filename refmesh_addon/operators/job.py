@@ -5,6 +5,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from ..core.errors import RefMeshError
 from ..properties.settings import setting_properties
+from ..properties.wording import for_window
 from .common import absolute, reporting, sequence_object
 from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
@@ -100,7 +101,7 @@ class JobOperator(ShowingOperator):
 
     def _note(self, event):
         if event.kind == "warning":
-            self.report({"WARNING"}, event.message)
+            self.report({"WARNING"}, for_window(event.message))
         self.progress = event.share
 
     def _wait(self):

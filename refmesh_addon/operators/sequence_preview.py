@@ -8,6 +8,7 @@ from ..core.errors import RefMeshError
 from ..io.discovery import find_sequence
 from ..io.frame_range import format_ranges
 from ..io.sequence import Sequence
+from ..properties.wording import for_window
 
 MAX_BYTES = 20_000_000  # of a file that is read while the file browser is drawn
 ICONS = ("SEQUENCE", "PREVIEW_RANGE", "BLANK1", "FILE_BLANK")  # of the lines of a summary
@@ -36,7 +37,7 @@ def summarize(source: str, frames: str) -> tuple[str, ...]:
         sequence = find_sequence(source, frames)
         size = sum(frame.path.stat().st_size for frame in sequence.frames)
     except (RefMeshError, OSError) as error:
-        return (str(error),)
+        return (for_window(str(error)),)
     gaps = f"missing: {format_ranges(sequence.gaps)}" if sequence.gaps else "no gaps"
     return (sequence.name, f"{len(sequence.frames)} frames: {format_ranges(sequence.numbers)}", gaps, format_bytes(size))
 

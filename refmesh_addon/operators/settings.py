@@ -3,11 +3,10 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..core.settings import EDITS, PRESETS, Settings, flat_fields
+from ..core.settings import EDITS, PRESET_TITLES, Settings, flat_fields
 from ..pipeline.process.presets import preset_settings, preset_warning
 from ..properties.selection import sequence_object
 from ..properties.settings import RefMeshSettings, plain_value
-from ..properties.wording import title
 from .common import SequenceOperator
 
 PRESET_DESCRIPTIONS = {
@@ -19,7 +18,7 @@ PRESET_DESCRIPTIONS = {
 
 def preset_property(**options):
     """The argument of an operator that chooses a preset."""
-    items = [(name, title(name), PRESET_DESCRIPTIONS[name]) for name in PRESETS]
+    items = [(name, label, PRESET_DESCRIPTIONS[name]) for name, label in PRESET_TITLES.items()]
     return EnumProperty(name="Preset", description="Settings to start from", items=items, default="standard", **options)
 
 

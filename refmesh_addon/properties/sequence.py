@@ -7,10 +7,10 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..core.findings import CENTER_ATTRIBUTES
+from ..core.options import title
 from ..core.settings import STAGES
 from .settings import RefMeshSettings
-from .updates import arrange_objects, go_to_finding, restyle_centers, switch_errors, switch_kinds, switch_surface_color
-from .wording import title
+from .updates import arrange_objects, go_to_finding, go_to_group, restyle_centers, switch_errors, switch_kinds, switch_surface_color
 
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
@@ -77,6 +77,7 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     center_range: StringProperty(name="Range", description="What the colors of the centers mean", options={"HIDDEN"})
     trails: PointerProperty(type=bpy.types.Object, name="Trails", description="Paths of chosen centers")
     groups: CollectionProperty(type=RefMeshGroup)
+    active_group: IntProperty(name="Group", description="Click a group to go to its first frame", update=go_to_group)
     arrangement: EnumProperty(
         name="Arrangement",
         description="Where centers, reference mesh and result stand beside the source",

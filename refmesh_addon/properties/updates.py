@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..core.errors import RefMeshError
+from .wording import for_window
 
 
 def go_to_finding(state, context):
@@ -12,6 +13,12 @@ def go_to_finding(state, context):
     frame = state.frames.get(state.findings[state.active_finding].name)
     if frame is not None:
         context.scene.frame_set(frame.scene_frame)
+
+
+def go_to_group(state, context):
+    """Shows the first frame of the group that was clicked."""
+    if state.active_group < len(state.groups):
+        context.scene.frame_set(max(state.groups[state.active_group].start, state.frames[0].scene_frame))
 
 
 def arrange_objects(state, context):
@@ -51,7 +58,7 @@ def switch_errors(state, context):
     try:
         switch_heat_map(state.id_data)
     except RefMeshError as error:
-        message = str(error)
+        message = for_window(str(error))
         state.heat_map = False
         if not bpy.app.background:
             context.window_manager.popup_menu(lambda menu, _: menu.layout.label(text=message), title="RefMesh", icon="ERROR")

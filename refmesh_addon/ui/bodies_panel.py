@@ -5,6 +5,7 @@ import bpy
 from ..core.errors import RefMeshError
 from ..core.reference.marks import parse_marks
 from ..properties.selection import sequence_object
+from ..properties.wording import for_window
 from .layout import CentersPanel, draw_wrapped
 
 INSTRUCTIONS = "Where two bodies touch all the time: in edit mode, select some centers of one and mark them, then of the other"
@@ -20,7 +21,7 @@ class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
         try:
             marks = parse_marks(sequence_object(context).refmesh.settings.apart)
         except RefMeshError as error:
-            draw_wrapped(layout, context, str(error), icon="ERROR")
+            draw_wrapped(layout, context, for_window(str(error)), icon="ERROR")
             marks = None
         bodies = marks.bodies if marks else ()
         if len(bodies) < 2:

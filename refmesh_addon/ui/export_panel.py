@@ -26,6 +26,9 @@ class REFMESH_MT_export(bpy.types.Menu):
 class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
     bl_label = "Export"
 
+    def draw_header(self, context):
+        self.layout.label(icon="EXPORT")
+
     def draw(self, context):
         layout = self.layout
         state = sequence_object(context).refmesh

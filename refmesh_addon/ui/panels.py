@@ -5,19 +5,26 @@ import bpy
 from .bodies_panel import REFMESH_PT_bodies
 from .centers_panel import REFMESH_PT_centers
 from .export_panel import REFMESH_MT_export, REFMESH_PT_export
+from .groups_panel import REFMESH_PT_groups, REFMESH_UL_groups
 from .run_panel import REFMESH_PT_run
 from .sequence_panel import REFMESH_PT_sequence, REFMESH_UL_findings
 from .step_panels import REFMESH_PT_color, REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track
+from .step_settings import REFMESH_PT_deform_advanced, REFMESH_PT_reference_advanced, REFMESH_PT_track_advanced
 
 CLASSES = (
     REFMESH_PT_run,
     REFMESH_UL_findings,
     REFMESH_PT_sequence,
     REFMESH_PT_track,
+    REFMESH_PT_track_advanced,
     REFMESH_PT_centers,
     REFMESH_PT_reference,
+    REFMESH_PT_reference_advanced,
+    REFMESH_UL_groups,
+    REFMESH_PT_groups,
     REFMESH_PT_bodies,
     REFMESH_PT_deform,
+    REFMESH_PT_deform_advanced,
     REFMESH_PT_color,
     REFMESH_MT_export,
     REFMESH_PT_export,

@@ -3,9 +3,8 @@
 import bpy
 
 from ..bridge.results.status import first_to_run
-from ..core.settings import PRESETS
+from ..core.settings import PRESET_TITLES
 from ..properties.selection import sequence_object
-from ..properties.wording import title
 from .first_start import missing_essentials
 from .layout import RefMeshPanel, draw_wrapped
 
@@ -26,10 +25,8 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
             return
         if owner.refmesh.missing:
             draw_wrapped(layout, context, owner.refmesh.missing, icon="ERROR")
-        current = owner.refmesh.settings.matching_preset()
-        row = layout.row(align=True)
-        for name in PRESETS:
-            row.operator("refmesh.apply_preset", text=title(name), depress=name == current).preset = name
+        preset = PRESET_TITLES.get(owner.refmesh.settings.matching_preset(), "Custom")
+        layout.operator_menu_enum("refmesh.apply_preset", "preset", text=f"Preset: {preset}", icon="PRESET")
         layout.operator("refmesh.run_all", icon="PLAY")
         if not _draw_job(layout, context):
             first = first_to_run(owner.refmesh, "color")

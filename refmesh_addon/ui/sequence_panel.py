@@ -5,7 +5,6 @@ import bpy
 from ..core.findings import SEVERITIES
 from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
-from .preferences import preferences
 
 ICONS = {"error": "CANCEL", "warning": "ERROR", "note": "INFO"}
 ROWS = 5  # of the list of findings, before it scrolls
@@ -22,9 +21,13 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
     bl_label = "Sequence"
 
     def draw_header(self, context):
+        self.layout.label(icon="SEQUENCE")
+
+    def draw_header_preset(self, context):
         state = sequence_object(context).refmesh
         worst = next((severity for severity in SEVERITIES if any(item.severity == severity for item in state.findings)), "")
         self.layout.label(icon="CHECKMARK" if state.checked and worst in ("", "note") else ICONS.get(worst, "BLANK1"))
+        super().draw_header_preset(context)
 
     def draw(self, context):
         layout = self.layout
@@ -37,11 +40,9 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         row.prop(state, "frame_selection")
         row.operator("refmesh.exclude_frame", text="", icon="X")
         layout.prop(state, "output")
-        if preferences(context):
-            layout.prop(preferences(context), "memory_budget")
+        self._draw_check(context, state)
         layout.operator("refmesh.set_timeline", icon="TIME")
         layout.operator("refmesh.load_results", icon="FILE_FOLDER")
-        self._draw_check(context, state)
 
     def _draw_check(self, context, state):
         layout = self.layout

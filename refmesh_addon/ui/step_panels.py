@@ -3,9 +3,10 @@
 import bpy
 
 from ..bridge.results.status import first_to_run, step_status
-from ..core.settings import setting_names
 from ..properties.selection import sequence_object
+from ..properties.wording import sentence
 from .layout import SequencePanel, describe_seconds, draw_wrapped
+from .step_settings import FIRST, draw_settings
 
 WORST_SHOWN = 5  # frames listed with the largest distance
 STATUS_ICONS = {"never": "BLANK1", "current": "CHECKMARK", "stale": "FILE_REFRESH"}
@@ -15,43 +16,41 @@ class StepPanel(SequencePanel):
     """A step: its input, its settings, its button, and whether its results are up to date with the settings."""
 
     stage = ""
+    icon = ""
     operators = ()
 
     def draw_header(self, context):
-        self.layout.label(icon=STATUS_ICONS[step_status(sequence_object(context).refmesh, self.stage).kind])
+        self.layout.label(icon=self.icon)
 
     def draw_header_preset(self, context):
-        seconds = step_status(sequence_object(context).refmesh, self.stage).seconds
-        if seconds:
-            self.layout.label(text=describe_seconds(seconds))
+        status = step_status(sequence_object(context).refmesh, self.stage)
+        if status.seconds:
+            self.layout.label(text=describe_seconds(status.seconds))
+        self.layout.label(icon=STATUS_ICONS[status.kind])
         super().draw_header_preset(context)
 
     def draw(self, context):
         layout = self.layout
-        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.use_property_decorate = False
         state = sequence_object(context).refmesh
-        layout.label(text=f"Uses {self.uses(state)}", icon="IMPORT")
-        for name in self.shown_settings():
-            layout.prop(state.settings, name)
+        draw_wrapped(layout, context, f"Uses {self.uses(state)}", icon="IMPORT")
+        draw_settings(layout, state.settings, FIRST[self.stage])
+        layout.use_property_split = True
         for operator in self.operators:
             layout.operator(operator)
         status = step_status(state, self.stage)
-        draw_wrapped(layout, context, status.text[0].upper() + status.text[1:], icon=STATUS_ICONS[status.kind])
+        draw_wrapped(layout, context, sentence(status.text), icon=STATUS_ICONS[status.kind])
 
     @staticmethod
     def uses(state) -> str:
         """The input of the step."""
         raise NotImplementedError
 
-    @classmethod
-    def shown_settings(cls):
-        """Names of the settings of this stage."""
-        return setting_names(cls.stage)
-
 
 class REFMESH_PT_track(StepPanel, bpy.types.Panel):
     bl_label = "Track"
     stage = "tracking"
+    icon = "OUTLINER_OB_POINTCLOUD"
     operators = ("refmesh.track",)
 
     @staticmethod
@@ -62,16 +61,8 @@ class REFMESH_PT_track(StepPanel, bpy.types.Panel):
 class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
     bl_label = "Reference"
     stage = "reference"
+    icon = "MESH_ICOSPHERE"
     operators = ("refmesh.extract_reference",)
-
-    @classmethod
-    def shown_settings(cls):
-        return [name for name in super().shown_settings() if name != "apart"]  # it has a panel of its own
-
-    def draw(self, context):
-        super().draw(context)
-        if len(sequence_object(context).refmesh.groups):
-            self.layout.column(align=True).operator_enum("refmesh.edit_groups", "change")
 
     @staticmethod
     def uses(state):
@@ -82,16 +73,13 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
 class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
     bl_label = "Deform"
     stage = "deformation"
+    icon = "MOD_MESHDEFORM"
     operators = ("refmesh.deform", "refmesh.evaluate")
 
     @staticmethod
     def uses(state):
         first = first_to_run(state, "reference")
         return f"the meshes of Reference; {first} runs first" if first else f"{len(state.groups)} reference meshes"
-
-    @classmethod
-    def shown_settings(cls):
-        return [*super().shown_settings(), *setting_names("evaluation")]
 
     def draw(self, context):
         super().draw(context)
@@ -100,8 +88,8 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
             self.layout.prop(state, "arrangement")
         measured = [frame for frame in state.frames if frame.is_property_set("distance")]
         if measured:
-            draw_wrapped(self.layout, context, "Worst frames, mean distance in % of the diagonal:")
             self.layout.prop(state, "heat_map")
+            draw_wrapped(self.layout, context, "Worst frames: mean distance to the source in % of the diagonal")
         column = self.layout.column(align=True)
         for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
             column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
@@ -110,6 +98,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
 class REFMESH_PT_color(StepPanel, bpy.types.Panel):
     bl_label = "Color"
     stage = "color"
+    icon = "TEXTURE"
     operators = ("refmesh.color",)
 
     @staticmethod

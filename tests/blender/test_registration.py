@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import bpy
+import pytest
 
 import refmesh_addon
-from refmesh_addon.core.settings import flat_fields
+from refmesh_addon.core.options import label_of
+from refmesh_addon.core.settings import flat_fields, setting_names
+from refmesh_addon.properties.wording import with_labels
+from refmesh_addon.ui.layout import SequencePanel
+from refmesh_addon.ui.panels import CLASSES
+from refmesh_addon.ui.step_settings import CLASSES as ADVANCED
+from refmesh_addon.ui.step_settings import FIRST
 
 from .conftest import needs_bpy_module
 
+LONGEST_LABEL = 17  # letters that 45 % of a sidebar of the usual width hold
 ROOT = Path(refmesh_addon.__file__).resolve().parents[1]
 
 
@@ -84,8 +93,9 @@ def test_panel_and_operators_show_every_setting_with_its_range(blender, ball):
     shown = ball.refmesh.settings.bl_rna.properties
     passed = blender.ops.refmesh.run_all.get_rna_type().properties
     for setting in flat_fields():
+        assert passed[setting.name].description == setting.metadata["help"]
+        assert shown[setting.name].description == setting.metadata["help"].replace("0 (auto)", "Auto")
         for item in (shown[setting.name], passed[setting.name]):
-            assert item.description == setting.metadata["help"]
             if setting.metadata["low"] is not None:
                 assert (item.hard_min, item.hard_max) == (setting.metadata["low"], setting.metadata["high"])
             if setting.metadata["choices"]:
@@ -95,6 +105,55 @@ def test_panel_and_operators_show_every_setting_with_its_range(blender, ball):
 def test_every_step_has_a_page_whose_pictures_are_there(blender):
     for step in blender.ops.refmesh.help.get_rna_type().properties["page"].enum_items:
         assert blender.ops.refmesh.help(page=step.identifier) == {"FINISHED"}
-        page = ROOT / "docs" / "panel" / f"{step.identifier}.md"
-        for picture in re.findall(r"!\[.*?\]\((.*?)\)", page.read_text()):
-            assert (page.parent / picture).is_file(), picture
+        page = ROOT / "docs" / "panel" / f"{step.identifier}.html"
+        for target in re.findall(r'(?:src|href)="([^":]*?)"', page.read_text()):
+            assert (page.parent / target).is_file(), target
+
+
+def test_every_panel_opens_a_page_that_is_there(blender):
+    pages = blender.ops.refmesh.help.get_rna_type().properties["page"].enum_items.keys()
+    panels = [cls for cls in CLASSES if issubclass(cls, SequencePanel) and not hasattr(cls, "bl_parent_id")]
+    assert len(panels) == 6 and all(cls.bl_label.lower() in pages for cls in panels)
+
+
+def test_a_step_shows_few_settings_and_all_others_are_in_its_advanced_part():
+    first = [name for names in FIRST.values() for name in names]
+    assert max(len(names) for names in FIRST.values()) <= 4
+    advanced = [name for cls in ADVANCED for stage in cls.stages for name in setting_names(stage)]
+    assert {setting.name for setting in flat_fields()} <= {*first, *advanced}
+
+
+def test_labels_fit_the_panel():
+    assert [label for setting in flat_fields() if len(label := label_of(setting)) > LONGEST_LABEL] == []
+
+
+@pytest.mark.parametrize("name", [setting.name for setting in flat_fields() if setting.metadata["manual"] is not None])
+def test_an_automatic_number_has_a_switch_and_never_shows_zero(blender, ball, name):
+    settings, manual = ball.refmesh.settings, next(item.metadata["manual"] for item in flat_fields() if item.name == name)
+    for automatic, value in ((True, 0), (False, manual)):
+        setattr(settings, f"auto_{name}", automatic)
+        assert (getattr(settings, name), getattr(settings, f"auto_{name}")) == (value, automatic)
+    assert f"auto_{name}" not in settings.to_flat()
+
+
+def test_messages_in_the_panel_name_no_options_of_the_command_line():
+    folders = [ROOT / "refmesh_addon" / name for name in ("core", "io", "pipeline", "bridge", "operators")]
+    sources = [path for folder in folders for path in folder.rglob("*.py")]
+    texts = [node.value for path in sources for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant)]
+    messages = [text for text in texts if isinstance(text, str) and re.search(r"--[a-z]", text)]
+    assert messages and not any(re.search(r"--[a-z]", with_labels(text)) for text in messages)
+
+
+@pytest.mark.parametrize(
+    "message, shown",
+    [
+        ("a smaller --group-size may serve it better", "a smaller 'Group Size' may serve it better"),
+        ("give a number, or track with --tracking sequence", "give a number, or track with 'Track Over': Sequence"),
+        ("--group-size auto chooses groups", "'Group Size': Auto chooses groups"),
+        ("leave it out with --frames", "leave it out with 'Frames'"),
+        ("a higher --centers follows thin parts better", "a higher 'Detail' follows thin parts better"),
+        ("two - dashes -- as in prose", "two - dashes -- as in prose"),
+    ],
+)
+def test_options_are_named_as_the_panel_names_them(message, shown):
+    assert with_labels(message) == shown

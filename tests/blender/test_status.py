@@ -7,7 +7,8 @@ import json
 import pytest
 
 from refmesh_addon.bridge.results.status import export_note, first_to_run, step_status, used_settings
-from refmesh_addon.core.settings import STAGES
+from refmesh_addon.core.options import label_of, value_label
+from refmesh_addon.core.settings import STAGES, flat_fields
 from refmesh_addon.ui.layout import describe_seconds
 
 
@@ -39,7 +40,8 @@ def test_a_changed_setting_makes_stale_what_depends_on_it(solved, setting, value
     setattr(state.settings, setting, value)
     assert kinds(state) == [*expected.split(), "never"]
     stale = next(step_status(state, stage) for stage in STAGES if step_status(state, stage).kind == "stale")
-    assert f"{setting.replace('_', ' ')} was {before}, is {value} now" in stale.text
+    item = next(item for item in flat_fields() if item.name == setting)
+    assert f"{label_of(item)} was {value_label(item, before)}, is {value_label(item, value)} now" in stale.text
     setattr(state.settings, setting, before)
     assert kinds(state) == ["current"] * 4 + ["never"]
 
@@ -48,8 +50,8 @@ def test_every_changed_setting_is_named(solved):
     state = solved.refmesh
     state.settings.centers, state.settings.resolution, state.settings.mapping = 77, 99, "rbf"
     text = step_status(state, "reference").text
-    assert all(label in text for label in ("centers was 1000, is 77", "resolution was 256, is 99", "mapping was affinity, is rbf"))
-    assert "mapping" not in step_status(state, "tracking").text
+    assert all(label in text for label in ("Detail was 1000, is 77", "Voxel Resolution was 256, is 99", "Mapping was Affinity, is Rbf"))
+    assert "Mapping" not in step_status(state, "tracking").text
 
 
 def test_an_export_says_when_it_holds_the_meshes_of_other_settings(solved):
@@ -57,7 +59,7 @@ def test_an_export_says_when_it_holds_the_meshes_of_other_settings(solved):
     solved.refmesh.settings.samples = 200  # matters to the figures, not to the meshes
     assert export_note(solved.refmesh) == ""
     solved.refmesh.settings.fit_rounds = 2
-    assert "Holds the meshes of the last run" in export_note(solved.refmesh) and "fit rounds was 6, is 2" in export_note(solved.refmesh)
+    assert "Holds the meshes of the last run" in export_note(solved.refmesh) and "Fit Rounds was 6, is 2" in export_note(solved.refmesh)
 
 
 def test_another_choice_of_frames_makes_everything_stale(solved):

@@ -1,6 +1,7 @@
 """What README and docs name is there."""
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -74,8 +75,16 @@ def test_the_map_of_rooms_has_every_room():
     assert rooms <= drawn
 
 
+@pytest.mark.parametrize("page", PANEL_PAGES, ids=lambda page: page.name)
+def test_pages_that_the_panel_opens_are_those_of_the_text(page):
+    """`make pages` writes them."""
+    pytest.importorskip("markdown", reason="make environment installs it")
+    html = runpy.run_path(str(ROOT / "docs" / "make_panel_pages.py"))["html"]
+    assert page.with_suffix(".html").read_text(encoding="utf-8") == html(page)
+
+
 def test_pictures_are_small():
-    assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix != ".md") < LARGEST
+    assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix not in (".md", ".html")) < LARGEST
 
 
 def known_names(path: Path) -> list[str]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from ...core.settings import STAGES, setting_names
+from ...core.options import label_of, value_label
+from ...core.settings import STAGES, flat_fields, setting_names
 
 STEP_NAMES = {
     "tracking": "Track",
@@ -79,10 +80,11 @@ def changes_of(results: dict, stage: str, settings: dict[str, object], frames: s
     return changes + [_describe_change(name, before, now) for name, (before, now) in values.items() if before != now]
 
 
-def _describe_change(setting: str, before: object, now: object) -> str:
-    if setting == "apart":
+def _describe_change(name: str, before: object, now: object) -> str:
+    if name == "apart":
         return "other bodies are marked to be apart"
-    return f"{setting.replace('_', ' ')} was {'empty' if before == '' else before}, is {'empty' if now == '' else now} now"
+    item = next(item for item in flat_fields() if item.name == name)
+    return f"{label_of(item)} was {value_label(item, before)}, is {value_label(item, now)} now"
 
 
 def _dependencies(stage: str, settings: dict[str, object]) -> list[str]:

@@ -112,7 +112,7 @@ def import_problem(error: ImportError) -> str:
     while cause.__cause__ or cause.__context__:  # scipy hides the reason behind a remark of its own
         cause = cause.__cause__ or cause.__context__
     detail = " ".join(str(cause).split())
-    return f"a Python package cannot be loaded: {detail}; 'Check Installation' in the RefMesh preferences names what does not work"
+    return f"a Python package cannot be loaded: {detail}"
 
 
 def _problem(name: str, version: str, error: str) -> str:

@@ -26,7 +26,7 @@ def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> 
         if index in jumps:
             _warn_of_jump(context, number, jumps[index])
         if outside > OUTSIDE_SHARE:
-            remedy = "more --centers follow thin parts better"
+            remedy = "a higher --centers follows thin parts better"
             context.warn(f"frame {number}: {outside:.1%} of the centers lie outside the surface; {remedy}")
 
 
