@@ -33,7 +33,10 @@ class GlbOptions:
         },
     )
     error: float = option(0.05, "Small files: RMS distance from the frames, % of the diagonal", low=0.002, high=5.0)
-    packed: bool = option(False, "Small files: packed by EXT_meshopt_compression, which Blender reads from 5.2 on; a third of the size")
+    mbps: float = option(
+        0.0, "Small files: megabits per second, from which the error follows, by the first group; 0 takes the error", low=0.0, high=1000.0
+    )
+    packed: bool = option(False, "Small files: packed to a third by EXT_meshopt_compression; Blender reads it from 5.2 on")
     normals: bool = option(True, "Small files: with normals, so that viewers shade smoothly")
 
 
@@ -49,13 +52,16 @@ def write(export: Export) -> list[Path]:
 
 def _write_small(export: Export) -> list[Path]:
     """All groups in one file, each a reduced mesh with a few quantized morph targets."""
-    from ...io.small_glb.writer import SmallGlb, write_small_glb  # late: SciPy comes with it, and may be missing
+    from ...io.small_glb.writer import SmallGlb, within_rate, write_small_glb  # late: SciPy comes with it, and may be missing
 
     options: GlbOptions = export.options
     target = export.target(GLB.extensions[0])
     placement = Y_UP @ np.array(export.owner.refmesh.root.matrix_world)
     choice = SmallGlb(options.error / 100, packed=options.packed, normals=options.normals, placement=placement)
-    write_small_glb(target, frame_groups(export, by_scene_frame=True), diagonal(export), frame_rate(), choice)
+    size, rate = diagonal(export), frame_rate()
+    if options.mbps:
+        choice = within_rate(next(frame_groups(export, by_scene_frame=True)), size, rate, choice, options.mbps)
+    write_small_glb(target, frame_groups(export, by_scene_frame=True), size, rate, choice)
     return [target]
 
 

@@ -29,7 +29,7 @@ def import_stream(scene: bpy.types.Scene, path: Path, folder: Path, up_axis: str
     root = new_root(scene, stem, up_axis, 1.0)
     for index, start in enumerate(starts):
         group, last = reader.group(index), index + 1 == len(starts)
-        member = new_member(root, f"{stem}_group_{index:03d}", deformed_material())
+        member = new_member(root, f"{stem}_group_{index:03d}", deformed_material(), "result")
         fill_mesh(member.data, TriangleMesh(group.positions[0], group.triangles))
         cache = target / f"{stem}_group_{index:03d}.pc2"
         samples = _with_gaps_held(group)

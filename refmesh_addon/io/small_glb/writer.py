@@ -8,7 +8,7 @@ first frame of the next, so that no rounding of times in a player can show the w
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ from .container import Container
 from .triangle_order import packing_order
 
 EVERY = 1 << 30  # triangles: none is left out
+ERRORS = tuple(2e-4 * 2 ** (step / 2) for step in range(11))  # that are tried for a rate
 EARLY = 1 / 64  # of a frame, that groups take turns before the first frame of the next
 ENOUGH = 0.5  # of the error: where fewer triangles use up less, more of them save nothing
 LEAST_LEFT = 0.3  # of the error is for morph targets, whatever reducing triangles uses up
@@ -70,6 +71,14 @@ def write_small_glb(
     (n - first) / frame_rate seconds. A group that needs more morph targets is written in several runs of frames. Raises RefMeshError when
     the file cannot be written, or the error cannot be reached: it says which can.
     """
+    data, written = encoded(groups, diagonal, frame_rate, choice)
+    with atomic_file(path) as file:
+        file.write(data)
+    return written
+
+
+def encoded(groups: Iterable[FrameGroup], diagonal: float, frame_rate: float, choice: SmallGlb) -> tuple[bytes, list[WrittenGroup]]:
+    """What `write_small_glb` writes, and what each group became."""
     container, models, written = Container(choice.packed), [], []
     for group in groups:
         for numbers, best in _runs(group, choice, diagonal):
@@ -77,9 +86,20 @@ def write_small_glb(
             models.append((numbers, best.model, _mesh(container, best, choice.normals)))
     _check_error(written, choice)
     _add_scene(container, models, frame_rate, choice.placement)
-    with atomic_file(path) as file:
-        file.write(container.finished())
-    return written
+    return container.finished(), written
+
+
+def within_rate(group: FrameGroup, diagonal: float, frame_rate: float, choice: SmallGlb, mbps: float) -> SmallGlb:
+    """The choice with the smallest error, of some in equal ratios, whose file of this one group stays within a rate.
+
+    mbps : 10^6 bits per second. Raises RefMeshError where the largest error tried does not: it says what rate does.
+    """
+    for error in ERRORS:
+        tried = replace(choice, error=error)
+        rate = 8e-6 * len(encoded([group], diagonal, frame_rate, tried)[0]) * frame_rate / len(group.numbers)
+        if rate <= mbps:
+            return tried
+    raise RefMeshError(f"{mbps:g} Mbit/s cannot be reached, {rate:.2g} can, with an error of {100 * ERRORS[-1]:.2g} %; make larger groups")
 
 
 @dataclass(frozen=True)

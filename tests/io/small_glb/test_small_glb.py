@@ -12,7 +12,7 @@ from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.refmesh_stream.writer import FrameGroup
-from refmesh_addon.io.small_glb.writer import SmallGlb, write_small_glb
+from refmesh_addon.io.small_glb.writer import SmallGlb, within_rate, write_small_glb
 from tests.core import shapes
 from tests.io.refmesh_stream.bodies import torus_groups
 from tests.io.small_glb.unpacking import Glb
@@ -133,3 +133,17 @@ def test_an_error_too_small_for_16_bits_is_refused(tmp_path):
     with pytest.raises(RefMeshError, match="frames 4 to 6: an error that small needs more than 16 bits"):
         written(tmp_path / "fine.glb", torus_groups(), SmallGlb(error=1e-6, triangles=(2000,)))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_rate_is_kept_with_the_smallest_error_that_fits(tmp_path):
+    group = torus_groups()[0]
+    loose, tight = (within_rate(group, DIAGONAL, RATE, CHOICE, mbps) for mbps in (1.9, 1.4))
+    assert loose.error < tight.error
+    for choice, mbps in ((loose, 1.9), (tight, 1.4)):
+        written(tmp_path / "rate.glb", [group], choice)
+        assert 8e-6 * (tmp_path / "rate.glb").stat().st_size * RATE / len(group.numbers) <= mbps
+
+
+def test_a_rate_that_cannot_be_reached_is_refused_and_what_can_is_told():
+    with pytest.raises(RefMeshError, match=r"0.01 Mbit/s cannot be reached, [0-9.]+ can"):
+        within_rate(torus_groups()[0], DIAGONAL, RATE, CHOICE, 0.01)
