@@ -43,6 +43,21 @@ def disc(radius: float, half_height: float, rounding: float) -> Field:
     return field
 
 
+def gear(radius: float, tooth: float, teeth: int, half_height: float, rounding: float) -> Field:
+    """A gear about the z axis: a flat cylinder whose radius goes up and down by `tooth` as often as it has teeth.
+
+    Its rims are rounded. The values are distances but for a factor near 1, as the flanks are steep.
+    """
+
+    def field(points: np.ndarray) -> np.ndarray:
+        rim = radius + tooth * np.cos(teeth * np.arctan2(points[:, 1], points[:, 0]))
+        steepness = np.hypot(1.0, teeth * tooth / radius)
+        across = (np.linalg.norm(points[:, :2], axis=1) - rim) / steepness
+        return _rounded(np.column_stack([across, np.abs(points[:, 2]) - half_height]) + rounding, rounding)
+
+    return field
+
+
 def union(*fields: Field) -> Field:
     """Everything inside any of the solids."""
     return lambda points: np.min([field(points) for field in fields], axis=0)

@@ -1,0 +1,89 @@
+"""One mesh for a whole take: how many meshes it needs, how near they stay, and how far vertices drift, beside a mesh for each group.
+
+    python -m benchmarks.segments [--cases walk gears] [--frames 121] [--modes groups long] [--set name=value]
+
+The whole job on long synthetic takes, with few centers and triangles so that it is affordable. Drift is judged in the frames of a run that
+are farthest from its anchor frame in time, in mean edge lengths, against the closed-form motion.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from refmesh_addon.core.settings import Settings, flat_fields
+from refmesh_addon.io.report import read_report
+from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
+
+from .common import assignment
+from .drift import Take, takes
+from .frames import CACHE, frames_folder
+from .trajectories import CASES, Case
+
+LONG_TAKES = ("walk", "beam", "tumble", "clasp", "gears")  # limbs, bend and twist, a turn of all, contact, bodies against each other
+AFFORDABLE = {"centers": 400, "resolution": 96, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000, "triangles": 8000}
+
+
+def drift_at_the_ends(runs: list[Take]) -> dict[str, float]:
+    """The median and the 95th percentile in the frame of each run that is farthest from its anchor; the worst of the runs."""
+    ends = [np.linalg.norm(take.vertices[row] - take.truth[row], axis=1) / take.length for take in runs for row in [_farthest(take)]]
+    return {"drift_median": max(np.median(end) for end in ends), "drift_p95": max(np.quantile(end, 0.95) for end in ends)}
+
+
+def _farthest(take: Take) -> int:
+    return 0 if take.anchor > len(take.indices) - 1 - take.anchor else len(take.indices) - 1
+
+
+def distances(report: dict) -> dict[str, float]:
+    """Of the frames, in % of the diagonal and of triangles and surface."""
+    there = [frame["source_to_deformed"] for frame in report["frames"]]
+    return {
+        "meshes": len(report["groups"]),
+        "mean": 100 * np.mean([frame["mean"] for frame in there]),
+        "worst_mean": 100 * max(frame["mean"] for frame in there),
+        "worst_p99": 100 * max(frame["p99"] for frame in there),
+        "flipped": 100 * max(frame["flipped"] for frame in report["frames"]),
+        "overstretched": 100 * max(frame["overstretched"] for frame in report["frames"]),
+    }
+
+
+def measured(name: str, count: int, settings: Settings, cache: Path) -> dict[str, float]:
+    """Runs one case and judges it."""
+    case, source = Case.named(name, count, cache), frames_folder(CASES[name][0], count, cache)
+    with tempfile.TemporaryDirectory() as output:
+        run(JobSpec(str(source), output, settings=settings), lambda *_: None, lambda line: print(line, file=sys.stderr))
+        report = read_report(output)
+        result = distances(report) | drift_at_the_ends(takes(case, Path(output)))
+    for group in report["groups"]:
+        print(f"  frames {group['frames'][0]} to {group['frames'][-1]}: {group['reason']}", file=sys.stderr)
+    return {key: round(float(value), 4) for key, value in result.items()} | {"seconds": round(sum(report["seconds"].values()), 1)}
+
+
+def main() -> None:
+    """Runs every case in every mode, prints a table and then one line of JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    forwards = [name for name, (_, backwards) in CASES.items() if not backwards]
+    parser.add_argument("--cases", nargs="+", default=list(LONG_TAKES), choices=forwards, metavar="CASE")
+    parser.add_argument("--frames", type=int, default=121, help="from time 0 to 1 (default: %(default)s)")
+    parser.add_argument("--modes", nargs="+", default=["groups", "long"], choices=["groups", "long"], help="as --segments takes them")
+    to_setting = assignment(flat_fields())
+    parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any setting of the job")
+    parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
+    arguments = parser.parse_args()
+    results = {}
+    for name in arguments.cases:
+        for mode in arguments.modes:
+            settings = Settings.from_flat({**AFFORDABLE, "segments": mode, **dict(arguments.set)})
+            row = results[f"{name} {mode}"] = measured(name, arguments.frames, settings, arguments.cache)
+            print(f"{name:8} {mode:7}", *(f"{key} {value:g}" for key, value in row.items()), sep="  ", flush=True)
+    print(json.dumps({"benchmark": "segments", "frames": arguments.frames, "settings": AFFORDABLE, "results": results}))
+
+
+if __name__ == "__main__":
+    main()

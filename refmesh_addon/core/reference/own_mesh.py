@@ -1,0 +1,56 @@
+"""A mesh of a person's own, made over a frame, as the reference mesh: whether it fits, and how it gets to the reference positions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.closest_point import SurfaceIndex
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import sample_surface, vertex_components
+from ..geometry.self_intersection import crossing_triangles
+from ..geometry.vectors import row_dot
+from ..geometry.mesh import triangle_normals
+from ..types import TriangleMesh
+from .group import GroupCenters, ReferenceMesh
+from .mapping import FrameMap
+
+SAMPLES = 4000  # points on the mesh whose distance from the frame is measured
+SCALE_RANGE = (0.2, 2.0)  # of its size to the frame's: a mesh may leave much out, but not have much more
+FARTHEST = 0.03  # median distance from the frame, as a share of the frame's diagonal, beyond which it is in another pose or place
+FACING_OUT = 0.5  # least share of its surface that faces as the frame does
+LOOSE_TRIANGLES = 4.0  # triangles per component, in the mean, below which it is cut into loose faces
+
+
+def check_own_mesh(mesh: TriangleMesh, frame: TriangleMesh) -> None:
+    """Raises ValueError, in plain words with the figures, for a mesh that was not made over this frame or cannot be deformed."""
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[mesh.triangles] = True
+    if not used.all():
+        raise ValueError(f"{np.count_nonzero(~used)} of its vertices belong to no face; delete loose geometry")
+    pieces = vertex_components(mesh)[0]
+    if pieces > 1 and len(mesh.triangles) / pieces < LOOSE_TRIANGLES:
+        raise ValueError(f"it is cut into {pieces} loose pieces of {len(mesh.triangles)} triangles; merge its vertices by distance")
+    if HalfEdges.of(mesh).face_counts.max() > 2:
+        raise ValueError("an edge of it has more than two faces; remove inner faces")
+    scale = mesh.diagonal / frame.diagonal
+    if not SCALE_RANGE[0] <= scale <= SCALE_RANGE[1]:
+        raise ValueError(f"it is {scale:.3g} times as large as the frame; apply its scale, or use the units of the capture")
+    index = SurfaceIndex(frame)
+    points, triangles = sample_surface(mesh, SAMPLES, np.random.default_rng(0))
+    nearest = index.query(points)
+    distance = float(np.median(nearest.distances)) / frame.diagonal
+    if distance > FARTHEST:
+        raise ValueError(f"half of it is farther than {distance:.1%} of the diagonal from the frame; fit it to the pose of that frame first")
+    alike = row_dot(triangle_normals(mesh)[triangles], triangle_normals(frame)[nearest.triangles]) > 0
+    if alike.mean() < FACING_OUT:
+        raise ValueError(f"{1 - alike.mean():.0%} of it faces the other way; flip its normals")
+
+
+def carried_to_reference(mesh: TriangleMesh, centers: np.ndarray, targets: np.ndarray, group: GroupCenters, mapping: str) -> ReferenceMesh:
+    """The mesh in the reference positions of a group, its vertices and triangles in their order.
+
+    mesh : as it lies in one of the group's frames.  centers : (C, 3) tracked centers in that frame, scene units.
+    targets : (C, 3) the frame's own reference centers.  mapping : of the group, as `FrameMap` takes it.
+    """
+    carried = FrameMap(mesh, centers, group.affinity, group.spacing, mapping).to(targets)
+    return ReferenceMesh(carried, int(crossing_triangles(carried).sum()))
