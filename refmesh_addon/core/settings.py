@@ -85,6 +85,14 @@ class ReferenceSettings(StageSettings):
         "Frames, by the numbers of their files, that begin a group, such as 48,55; empty: by group size",
         label="Groups Begin at",
     )
+    mesh: str = option(
+        "",
+        "Mesh file of your own, made over one frame, that takes the place of the reference mesh; its vertices keep their order",
+        label="Own Mesh",
+    )
+    mesh_frame: int = option(
+        -1, "Frame that the mesh of your own was made over, by the number of its file; -1 is the first", low=-1, high=2**31 - 1
+    )
     apart: str = option(
         "",
         "Bodies that always touch but must be separate in the reference mesh, by points in a frame: '48: x y z, x y z | x y z' "
@@ -267,7 +275,7 @@ def _stage_type(stage: Field) -> Any:
 
 
 PRESET_TITLES = {"draft": "Quick Look", "standard": "Standard", "paper": "Published Method"}  # as the panel shows them
-EDITS = ("group_starts", "apart")  # notes of the user on one sequence, which no preset changes
+EDITS = ("group_starts", "mesh", "mesh_frame", "apart")  # notes of the user on one sequence, which no preset changes
 # What each preset changes; everything else keeps its default.
 PRESETS: dict[str, dict[str, object]] = {
     "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},

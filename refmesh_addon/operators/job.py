@@ -1,5 +1,7 @@
 """Jobs: the pipeline in a worker process, with a responsive window or a progress bar on stderr."""
 
+from dataclasses import replace
+
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
@@ -86,6 +88,8 @@ class JobOperator(ShowingOperator):
             frame = not_imported[0]
             raise RefMeshError(f"--frames {frames or 'all'}: frame {frame} was not imported; import the sequence with these frames")
         settings, warnings = chosen_settings(self.properties, state.settings), settings_warnings(self.properties)
+        if settings.reference.mesh:
+            settings = replace(settings, reference=replace(settings.reference, mesh=str(absolute(settings.reference.mesh))))
         return JobSpec(str(absolute(state.source)), str(output), frames, settings, self.until, self.resume, warnings)
 
     def _remember(self, state, spec):

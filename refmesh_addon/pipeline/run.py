@@ -19,6 +19,7 @@ from .stages.deformed_frames import write_deformed, write_playbacks
 from .stages.evaluation import evaluate
 from .stages.global_rounds import optimize_globally
 from .stages.marked_bodies import parsed_marks
+from .stages.own_mesh import check_own
 from .stages.reconstruction import check_available
 from .stages.reference import References, make_references
 from .stages.reference_report import write_references
@@ -55,6 +56,7 @@ def _run_stages(spec: JobSpec, context: Context) -> None:
     parsed_marks(context)  # wrong ones are refused before hours of work
     if REFERENCE in spec.stages:
         check_available(context.settings.reference.reconstruction)
+        check_own(context)
     with context.timed(TRACKING):
         tracking = _tracked(context)
         write_tracking(context, tracking)

@@ -6,10 +6,9 @@ import numpy as np
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.half_edges import HalfEdges
-from ..geometry.mesh import sample_surface, vertex_components
+from ..geometry.mesh import sample_surface, triangle_normals, vertex_components
 from ..geometry.self_intersection import crossing_triangles
 from ..geometry.vectors import row_dot
-from ..geometry.mesh import triangle_normals
 from ..types import TriangleMesh
 from .group import GroupCenters, ReferenceMesh
 from .mapping import FrameMap
@@ -40,7 +39,7 @@ def check_own_mesh(mesh: TriangleMesh, frame: TriangleMesh) -> None:
     nearest = index.query(points)
     distance = float(np.median(nearest.distances)) / frame.diagonal
     if distance > FARTHEST:
-        raise ValueError(f"half of it is farther than {distance:.1%} of the diagonal from the frame; fit it to the pose of that frame first")
+        raise ValueError(f"half of it is {distance:.1%} of the diagonal or more away from the frame; fit it to that frame first")
     alike = row_dot(triangle_normals(mesh)[triangles], triangle_normals(frame)[nearest.triangles]) > 0
     if alike.mean() < FACING_OUT:
         raise ValueError(f"{1 - alike.mean():.0%} of it faces the other way; flip its normals")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -18,6 +19,7 @@ from ...core.reference.group import (
     anchor_frame,
     place_centers,
 )
+from ...core.reference.own_mesh import carried_to_reference
 from ...core.settings import ReferenceSettings
 from ...core.surfacing.reconstruction import reconstruction_depth
 from ...core.types import Keyed, TriangleMesh
@@ -27,6 +29,7 @@ from ..session.context import Context
 from ..session.job import REFERENCE
 from ..session.session import StageShare
 from .groups import FrameGroup
+from .own_mesh import own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
 
@@ -37,7 +40,7 @@ PLACING = StageShare(REFERENCE, 0.0, 0.1)
 ALIGNING = StageShare(REFERENCE, 0.1, 0.7)
 BUILDING = StageShare(REFERENCE, 0.7, 1.0)
 # Settings that a group's mesh depends on through its frames, and through the bodies that the centers belong to, only.
-INDIRECT = ("group_size", "longest_group", "group_starts", "apart", "segments", "segment_frames")
+INDIRECT = ("group_size", "longest_group", "group_starts", "apart", "segments", "segment_frames", "mesh", "mesh_frame")
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,10 @@ class GroupAnchor(Keyed):
 def make_references(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> References:
     """The reference mesh of each group."""
     aligned = align_groups(context, tracking, grouped)
-    meshes = cached_map(context, build_with, building_units(context, aligned), ReferenceMesh, BUILDING)
-    return References(**vars(aligned), meshes=meshes)
+    units, own = building_units(context, aligned), _carrying_units(context, tracking, aligned)
+    built = cached_map(context, build_with, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
+    carried = cached_map(context, carried_to_reference, own, ReferenceMesh, BUILDING)
+    return References(**vars(aligned), meshes=ChainMap(carried, built))  # type: ignore[arg-type]  # which never writes to them
 
 
 def align_groups(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> AlignedGroups:
@@ -106,8 +111,11 @@ def group_frames(
     """
     settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
     more = ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
+    own = {frame: own_mesh_key(context) for frame in [own_mesh_frame(context)] if frame is not None}
     handovers = [following[0] for following in runs[1:]] + [None]
-    keys = [digest(REFERENCE_SCHEMA, tracking.range_of(frames[0]).key, frames, settings, *more) for frames in runs]
+    parts = [[*more, *(key for frame, key in own.items() if frame in frames)] for frames in runs]
+    ranges = [tracking.range_of(frames[0]).key for frames in runs]
+    keys = [digest(REFERENCE_SCHEMA, *item[:2], settings, *item[2]) for item in zip(ranges, runs, parts, strict=True)]
     rows = enumerate(zip(runs, handovers, keys, strict=True))
     return GroupedFrames(tuple(FrameGroup(index, *row, **kind) for index, row in rows), bodies)
 
@@ -165,6 +173,20 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
         settings, triangles = context.settings.reference, _budget(context, group)
         depth = settings.poisson_depth or reconstruction_depth(anchor, triangles)
         return settings.reconstruction, points, normals, centers.spacing, triangles, depth
+
+    return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
+
+
+def _carrying_units(context: Context, tracking: TrackingResult, aligned: AlignedGroups) -> dict[int, WorkUnit]:
+    """What `carried_to_reference` is to do, for the group that a mesh of the user's own was made for, if any."""
+    frame = own_mesh_frame(context)
+    return {group.index: _carrying(context, tracking, group, frame, aligned) for group in aligned.groups if frame in group.frames}
+
+
+def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, frame: int, aligned: AlignedGroups) -> WorkUnit:
+    def arguments() -> tuple:
+        targets, mapping = aligned.aligned[group.index, frame].targets, context.settings.reference.mapping
+        return own_mesh(context), tracking.positions[frame], targets, aligned.centers[group.index], mapping
 
     return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
 

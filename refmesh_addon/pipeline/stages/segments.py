@@ -70,6 +70,8 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
         return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(context, tracking, runs))
     if reference.group_starts.strip():
         runs = fixed_groups(context)
+    elif reference.mesh:  # made to serve the whole take
+        runs = [tuple(range(len(context.frames)))]
     elif reference.segments == "frames":
         every = reference.segment_frames
         runs = [tuple(range(start, min(start + every, len(context.frames)))) for start in range(0, len(context.frames), every)]
@@ -93,6 +95,8 @@ def reviewed(context: Context, tracking: TrackingResult, plan: SegmentPlan, defo
 
 def _mode(context: Context, tracking: TrackingResult) -> str:
     mode = context.settings.reference.segments
+    if context.settings.reference.mesh:
+        return "long"
     if mode == "groups" or len(tracking.ranges) == 1:
         return mode
     context.warn("--tracking group follows centers through single groups only: each has a mesh of its own, whatever --segments asks for")
