@@ -33,7 +33,7 @@ def parse_ranges(text: str) -> tuple[FrameRange, ...]:
 
 
 def _parse_range(item: str, text: str) -> FrameRange:
-    match = re.fullmatch(r"([0-9]+)(?:\s*-\s*([0-9]+))?", item)
+    match = re.fullmatch(r"(-?[0-9]{1,19})(?:\s*(?:-|to)\s*(-?[0-9]{1,19}))?", item)
     if not match:
         raise RefMeshError(f"--frames '{text}': '{item}' is not a frame or a range; write numbers as in 6-10 or 6-10,14")
     first, last = int(match[1]), int(match[2] or match[1])
@@ -43,14 +43,17 @@ def _parse_range(item: str, text: str) -> FrameRange:
 
 
 def format_ranges(numbers: Iterable[int]) -> str:
-    """Numbers as ranges in ascending order, "5-14, 20"; only the first few and the last where there are many."""
+    """Numbers as ranges in ascending order, "5-14, 20"; "-3 to 5" where one begins below zero.
+
+    Only the first few and the last where there are many.
+    """
     ranges: list[list[int]] = []
     for number in sorted(numbers):
         if ranges and number == ranges[-1][1] + 1:
             ranges[-1][1] = number
         else:
             ranges.append([number, number])
-    texts = [str(first) if first == last else f"{first}-{last}" for first, last in ranges]
+    texts = [str(first) if first == last else f"{first} to {last}" if first < 0 else f"{first}-{last}" for first, last in ranges]
     if len(texts) > RANGES_SHOWN:
         texts[RANGES_SHOWN - 1 : -1] = ["..."]
     return ", ".join(texts)

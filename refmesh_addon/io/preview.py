@@ -1,6 +1,7 @@
 """Frames as Blender shows them, converted once to binary files that are read in milliseconds.
 
-The key of an entry is the name, size and time of its mesh file, so that no frame has to be read to know whether it is current.
+The key of an entry is the name of its mesh file and of its folder, size and time, so that no frame has to be read to know whether it is
+current.
 The files can be deleted at any time; they are written again.
 """
 
@@ -57,7 +58,9 @@ class PreviewMesh:
 def preview_path(folder: str | Path, frame: Path) -> Path:
     """Where the entry of a mesh file is, or would be, in the output folder. Raises OSError when the mesh file is missing."""
     status = frame.stat()
-    key = hashlib.blake2b(f"{SCHEMA}:{frame.name}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=_KEY_BYTES).hexdigest()
+    key = hashlib.blake2b(
+        f"{SCHEMA}:{frame.absolute().parent.name}/{frame.name}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=_KEY_BYTES
+    ).hexdigest()
     return Path(folder) / PREVIEW_FOLDER / f"{frame.stem}-{key}.npz"
 
 

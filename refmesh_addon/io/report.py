@@ -179,7 +179,7 @@ def _own_version() -> str | None:
 
 
 def _sequence_entry(sequence: Sequence) -> dict[str, object]:
-    files = [frame.path.name for frame in sequence.frames]
+    files = [frame.path.relative_to(sequence.folder).as_posix() for frame in sequence.frames]
     return {"name": sequence.name, "numbers": list(sequence.numbers), "gaps": list(sequence.gaps), "files": files}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +12,7 @@ BLENDER_LAST_FRAME = 1_048_574  # Blender's timeline ends here
 
 @dataclass(frozen=True)
 class Frame:
-    """One file of a sequence and the number in its name."""
+    """One file of a sequence and the number in its name, which may be below zero."""
 
     number: int
     path: Path
@@ -23,26 +24,35 @@ class Sequence:
 
     gaps : numbers that are missing between the frames.
     step : distance of neighboring numbers (10 for 10, 20, 30); 0 when the numbers are time stamps without a step.
+    notes : sentences about files that were left out and about how names were read.
+    readings : where names can be read in several ways, a pattern for each, as `find_sequence` takes them; the first is this one.
     """
 
     name: str
     frames: tuple[Frame, ...]
     gaps: tuple[int, ...] = ()
     step: int = 1
+    notes: tuple[str, ...] = ()
+    readings: tuple[str, ...] = ()
 
     @property
     def numbers(self) -> tuple[int, ...]:
         """The number of each frame, rising."""
         return tuple(frame.number for frame in self.frames)
 
+    @property
+    def folder(self) -> Path:
+        """The folder that holds all frames; where each has a folder of its own, the one around these."""
+        return Path(os.path.commonpath([frame.path.parent for frame in self.frames]))
+
 
 def timeline_frame(sequence: Sequence, number: int) -> int:
     """Scene frame that shows frame `number`: its own number, or the first number and then one scene frame for each step.
 
-    Sequences that would end beyond Blender's last scene frame start at scene frame 1 instead.
+    Sequences that would begin below 0, where no render begins, or end beyond Blender's last scene frame start at scene frame 1 instead.
     """
     first, last = (_unshifted(sequence, sequence.numbers[end]) for end in (0, -1))
-    shift = 1 - first if last > BLENDER_LAST_FRAME else 0
+    shift = 1 - first if first < 0 or last > BLENDER_LAST_FRAME else 0
     return _unshifted(sequence, number) + shift
 
 

@@ -11,7 +11,7 @@ from bpy_extras.io_utils import ImportHelper
 from ..io.discovery import find_sequence
 from ..io.formats import FRAME_FORMATS
 from .common import SceneOperator, absolute, reporting
-from .sequence_preview import describe, draw_preview
+from .sequence_preview import AUTOMATIC_READING, describe, draw_preview, reading_items
 
 AXES = {
     "Y": "The Y axis points up, as in most captures and glTF",
@@ -39,13 +39,21 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     bl_options = {"REGISTER", "UNDO"}
 
     filepath: StringProperty(
-        name="File", description="Any file of the sequence, its folder, or a pattern such as scan_*.obj", subtype="FILE_PATH"
+        name="File",
+        description="Any file of the sequence, its folder, or a pattern such as scan_*.obj or scan_#_lod0.obj",
+        subtype="FILE_PATH",
     )
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     filter_glob: StringProperty(default=";".join(f"*{extension}" for extension in FRAME_FORMATS), options={"HIDDEN"})
     frames: StringProperty(
         name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes all", options={"SKIP_SAVE"}
+    )
+    reading: EnumProperty(
+        name="Frame Number",
+        description="Which number in the names counts the frames, where there are several",
+        items=lambda self, context: reading_items(str(self._picked()), self.frames),
+        options={"HIDDEN", "SKIP_SAVE"},
     )
     name: StringProperty(name="Name", description="Name of the sequence in the scene; empty takes it from the files", options={"SKIP_SAVE"})
     up_axis: EnumProperty(
@@ -87,7 +95,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         from ..bridge.sequence import raw_sequence
 
         sequence = find_sequence(self._source(), self.frames)
-        output = sequence.frames[0].path.parent / f"refmesh_{sequence.name}"
+        output = sequence.folder / f"refmesh_{sequence.name}"
         first = raw_sequence.read_frame(sequence.frames[0].path, output)  # before the scene is touched: it may fail
         if self.empty_scene:
             scene.empty_scene()
@@ -108,10 +116,16 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
         draw_preview(layout.box(), str(self._source()), self.frames, UNITS[self.unit][-1])
+        if len(reading_items(str(self._picked()), self.frames)) > 1:
+            layout.prop(self, "reading")
         for name in ("frames", "name", "up_axis", "unit", "set_timeline", "fps", "check"):
             layout.prop(self, name)
 
     def _source(self) -> Path:
+        """The path to import, or the pattern by which its names are to be read."""
+        return self._picked() if self.reading in ("", AUTOMATIC_READING[0]) else Path(self.reading)
+
+    def _picked(self) -> Path:
         """The path to import: a file of `directory` that was picked in the file browser; `filepath` alone from a script."""
         if self.directory and self.files and self.files[0].name:
             return absolute(os.path.join(self.directory, self.files[0].name))

@@ -1,6 +1,8 @@
 """What would be imported, as the file browser shows it."""
 
 from functools import lru_cache
+from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 
@@ -10,6 +12,8 @@ from ..io.frame_range import format_ranges
 from ..io.sequence import Sequence
 from ..properties.wording import for_window
 
+LINE_LENGTH = 48  # characters that fit into the sidebar of the file browser
+AUTOMATIC_READING = ("AUTO", "Automatic", "The number that runs through the names counts the frames")
 MAX_BYTES = 20_000_000  # of a file that is read while the file browser is drawn
 ICONS = ("SEQUENCE", "PREVIEW_RANGE", "BLANK1", "FILE_BLANK")  # of the lines of a summary
 
@@ -22,12 +26,41 @@ def draw_preview(layout, source: str, frames: str, unit: float):
     size = first_frame_size(source, frames) if len(lines) == len(ICONS) else ()
     if size:
         layout.label(text=format_meters(size, unit), icon="CON_SIZELIMIT")
+    for note in sequence_notes(source, frames):
+        draw_wrapped(layout, note)
+
+
+def draw_wrapped(layout, note: str):
+    """A sentence in as many lines as it needs, as Blender's labels are cut off at the border."""
+    for number, line in enumerate(wrap(note, LINE_LENGTH)):
+        layout.label(text=line, icon="BLANK1" if number else "INFO")
+
+
+@lru_cache(maxsize=8)
+def sequence_notes(source: str, frames: str) -> tuple[str, ...]:
+    """What is said about files that would be left out, and about how their names were read; () where nothing would be imported."""
+    try:
+        return find_sequence(source, frames).notes
+    except (RefMeshError, OSError):
+        return ()
+
+
+@lru_cache(maxsize=8)
+def reading_items(source: str, frames: str) -> list[tuple[str, str, str]]:
+    """Identifier, label and description of each way to read the names of a sequence; "" is the most likely one."""
+    try:
+        sequence = find_sequence(source, frames)
+    except (RefMeshError, OSError):
+        return [AUTOMATIC_READING]
+    others = [(pattern, Path(pattern).name, f"Take the files that are named like {pattern}") for pattern in sequence.readings[1:]]
+    return [AUTOMATIC_READING, *others]  # kept by the cache: Blender needs the texts for as long as it shows them
 
 
 def describe(sequence: Sequence) -> str:
-    """One line about a sequence: name, count, range, gaps."""
+    """One line about a sequence: name, count, range, gaps, notes."""
     gaps = f", missing {format_ranges(sequence.gaps)}" if sequence.gaps else ""
-    return f"{sequence.name}: {len(sequence.frames)} frames, {format_ranges(sequence.numbers)}{gaps}"
+    notes = "".join(f"; {note}" for note in sequence.notes)
+    return f"{sequence.name}: {len(sequence.frames)} frames, {format_ranges(sequence.numbers)}{gaps}{notes}"
 
 
 @lru_cache(maxsize=8)

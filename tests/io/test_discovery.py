@@ -1,5 +1,7 @@
 """Discovery by file names alone: the files of these tests are never opened, so most are empty."""
 
+import re
+
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
@@ -126,6 +128,124 @@ def test_numbers_that_are_not_there_are_refused(folder, choice):
     root = folder(*numbered("a{}.obj", [5, 6, 8, 9, 10]))
     with pytest.raises(RefMeshError, match=r"--frames names frame \d+, which is missing: 'a' has 5-6, 8-10"):
         find_sequence(root, choice)
+
+
+def names(sequence):
+    return [frame.path.name for frame in sequence.frames]
+
+
+def test_any_file_of_a_level_of_detail_gives_that_level_and_a_note_of_the_others(folder):
+    root = folder(*(f"scan_{number:04d}_lod{level}.obj" for number in range(4) for level in range(2)))
+    for level in range(2):
+        for number in range(4):
+            sequence = find_sequence(root / f"scan_{number:04d}_lod{level}.obj")
+            assert names(sequence) == [f"scan_{at:04d}_lod{level}.obj" for at in range(4)]
+            assert sequence.name == "scan"
+            assert any(f"left out: scan_0000_lod{1 - level}.obj and 3 more" in note for note in sequence.notes)
+    with pytest.raises(RefMeshError, match="several sequences found"):
+        find_sequence(root)
+
+
+@pytest.mark.parametrize(("frames", "levels"), [(2, 2), (2, 3), (3, 2), (12, 3)])
+@pytest.mark.parametrize("template", ["lod{1}_{0:03d}.obj", "scan_{0}_lod{1}.obj", "cam{1}_frame{0}.ply", "{0:04d}_take{1}.stl"])
+def test_few_frames_of_many_levels_are_told_apart_by_their_words(folder, template, frames, levels):
+    root = folder(*(template.format(number, level) for number in range(frames) for level in range(levels)))
+    sequence = find_sequence(root / template.format(0, 1))
+    assert names(sequence) == [template.format(number, 1) for number in range(frames)]
+
+
+@pytest.mark.parametrize("template", ["frame_{0:03d}_{1}.obj", "{1}_{0}.obj", "cap.{0:04d}.{1}.ply"])
+@pytest.mark.parametrize("stamp", [lambda at: 1_700_000_000_000 + 33 * at, lambda at: 1_700_000_000 + at // 30, lambda at: 40 * at])
+def test_frame_and_time_stamp_are_one_take_in_the_order_of_frames(folder, template, stamp):
+    root = folder(*(template.format(at, stamp(at)) for at in range(64)))
+    for picked in (root, root / template.format(5, stamp(5))):
+        assert find_sequence(picked).numbers == tuple(range(64))
+        assert names(find_sequence(picked))[7] == template.format(7, stamp(7))
+
+
+def test_several_cameras_with_time_stamps_stay_apart(folder):
+    template = "cam{}_{:04d}_{}.obj"
+    root = folder(*(template.format(camera, at, 1_700_000_000 + 33 * at + camera) for at in range(20) for camera in range(2)))
+    sequence = find_sequence(root / template.format(1, 3, 1_700_000_100))
+    assert names(sequence) == [template.format(1, at, 1_700_000_001 + 33 * at) for at in range(20)]
+
+
+def test_every_other_reading_is_a_pattern_that_can_be_given(folder):
+    root = folder(*(f"scan_{number:04d}_lod{level}.obj" for number in range(4) for level in range(2)))
+    sequence = find_sequence(root / "scan_0002_lod1.obj")
+    first, second = sequence.readings
+    assert names(find_sequence(first)) == names(sequence)
+    assert find_sequence(first).numbers == sequence.numbers
+    assert names(find_sequence(second)) == ["scan_0002_lod0.obj", "scan_0002_lod1.obj"]
+    assert any("for another reading give 'scan_0002_lod#.obj'" in note for note in sequence.notes)
+    stamps = find_sequence(str(folder(*(f"s/f{at}_{at * 1000}.obj" for at in range(5))) / "s" / "f*_#.obj"))
+    assert stamps.numbers == (0, 1000, 2000, 3000, 4000)
+
+
+def test_a_take_that_changes_its_format_is_whole(folder):
+    files = [*numbered("f_{:03d}.obj", range(3)), *numbered("f_{:03d}.ply", range(3, 7))]
+    root = folder(*files)
+    for picked in (root, root / "f_001.obj", root / "f_005.ply"):
+        sequence = find_sequence(picked)
+        assert names(sequence) == files
+        assert sequence.notes == ("frames of several formats: 0-2 are .obj files, 3-6 are .ply files",)
+
+
+def test_the_same_frames_in_another_format_are_left_out_with_a_note(folder):
+    root = folder(*numbered("f_{}.obj", range(3)), *numbered("f_{}.ply", range(4)))
+    assert names(find_sequence(root / "f_1.obj")) == numbered("f_{}.obj", range(3))
+    assert find_sequence(root / "f_1.obj").notes == ("left out: f_0.ply and 3 more, which show the same frames as the .obj files",)
+    assert names(find_sequence(root)) == numbered("f_{}.ply", range(4))
+    assert "left out: f_0.obj and 2 more" in find_sequence(root).notes[0]
+
+
+def test_what_a_folder_holds_besides_is_said(folder):
+    root = folder("s1.obj", "s2.obj", "template.obj", "bust_1.ply")
+    assert find_sequence(root).notes == ("left out: template.obj, without a number", "left out: bust_1.ply, of another name and format")
+
+
+@pytest.mark.parametrize(
+    "template", ["{:04d}/mesh.obj", "frame_{:03d}/scan.ply", "frame_{0}/scan_{0:04d}.obj", "{}/obj/mesh.obj", "take 2/fr{}/m.stl"]
+)
+def test_a_folder_per_frame(folder, template):
+    root = folder(*(f"cap/{template.format(at)}" for at in range(3, 7)), "cap/notes/readme.txt") / "cap"
+    base = root / "take 2" if template.startswith("take") else root
+    deep = "/obj/" in template  # of a folder two levels above, a file says too little
+    for picked in (base, base if deep else root / template.format(4), str(root / re.sub("{.*?}", "#", template))):
+        sequence = find_sequence(picked)
+        assert sequence.numbers == (3, 4, 5, 6)
+        assert [frame.path for frame in sequence.frames] == [root / template.format(at) for at in range(3, 7)]
+        assert sequence.folder == base
+        assert sequence.name in ("cap", "frame", "fr", "scan")
+
+
+def test_levels_of_detail_in_a_folder_per_frame(folder):
+    root = folder(*(f"{at:03d}/lod{level}.obj" for at in range(3) for level in range(2)))
+    sequence = find_sequence(root / "001" / "lod1.obj")
+    assert [frame.path.relative_to(root).as_posix() for frame in sequence.frames] == [f"{at:03d}/lod1.obj" for at in range(3)]
+
+
+@pytest.mark.parametrize("template", ["f_{}.obj", "walk.{:04d}.ply", "{:03d}.obj"])
+def test_numbers_below_zero(folder, template):
+    root = folder(*numbered(template, range(-3, 3)))
+    for picked in (root, root / template.format(-2), root / template.format(1)):
+        assert find_sequence(picked).numbers == (-3, -2, -1, 0, 1, 2)
+    assert find_sequence(root, "-2-1").numbers == (-2, -1, 0, 1)
+    assert find_sequence(root, "-3--2, 2").numbers == (-3, -2, 2)
+    assert [timeline_frame(find_sequence(root), number) for number in range(-3, 3)] == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_dash_before_a_number_is_a_separator_behind_letters_and_digits(folder):
+    assert find_sequence(folder(*numbered("one/scan-{:03d}.obj", range(1, 4))) / "one").numbers == (1, 2, 3)
+    assert find_sequence(folder(*numbered("two/2024-01-{:02d}.obj", range(1, 4))) / "two").numbers == (1, 2, 3)
+
+
+def test_reported_folders_are_found(shared_data):
+    root = shared_data("reports")
+    lod = find_sequence(root / "lod_pair" / "scan_0000_lod0.obj")
+    assert lod.numbers == (0, 1, 2, 3)
+    assert any("lod1" in note for note in lod.notes)
+    assert find_sequence(root / "mixed_formats").numbers == tuple(range(7))
 
 
 def test_real_sequences_are_found(shared_data):

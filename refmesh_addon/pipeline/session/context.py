@@ -45,6 +45,8 @@ class Context(Session):
 
         for warning in spec.warnings:
             warn_and_report(warning)
+        for note in sequence.notes:
+            warn_and_report(f"{sequence.name}: {note}")
         if sequence.gaps:
             warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
         session = Session(output, Cache(output / CACHE_FOLDER, spec.resume), workers, notify)

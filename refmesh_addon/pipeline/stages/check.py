@@ -33,6 +33,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
         for index, frame in enumerate(sequence.frames)
     ]
     findings = diagnose(statistics, sequence.gaps)
+    findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])
     write_findings(output, sequence, findings)
     return findings

@@ -45,6 +45,13 @@ def test_findings_of_a_real_process_are_written_for_panel_and_person(take, tmp_p
     assert all(finding.message in text for finding in findings) and str(take) not in text
 
 
+def test_files_that_were_left_out_are_notes(take, tmp_path):
+    trimesh.creation.box().export(take / "props.ply")
+    findings = check(take, tmp_path / "out")
+    assert [finding.message for finding in findings if finding.kind == "names"] == ["left out: props.ply, without a number"]
+    assert "left out: props.ply" in (tmp_path / "out" / CHECK_TEXT).read_text()
+
+
 def test_frames_are_prepared_for_the_preview(take, tmp_path):
     check(take, tmp_path / "out")
     for number in (1, 2, 4, 6, 7):
