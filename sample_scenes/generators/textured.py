@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from refmesh_addon.core.color.exposure import exposed
 from refmesh_addon.core.color.layout import Layout
 from refmesh_addon.core.color.texels import Texels
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.images import write_image
 from refmesh_addon.pipeline.session.unwrapping import unwrapped
 
 from .bodies import Sequence
@@ -87,3 +89,15 @@ def textured_grasp() -> TexturedSequence:
 
 
 TEXTURED = {"grasp": textured_grasp}
+
+
+def write_frame(folder: Path, stem: str, frame: TexturedFrame, extension: str = ".png", decimals: int = 3) -> None:
+    """OBJ, MTL and picture, as exporters of captures write them.  decimals : of the vertices."""
+    write_image(folder / f"{stem}{extension}", frame.image)
+    (folder / f"{stem}.mtl").write_text(f"newmtl skin\nKd 1 1 1\nmap_Kd {stem}{extension}\n")
+    lines = [f"mtllib {stem}.mtl", "usemtl skin"]
+    lines += [f"v {x:.{decimals}f} {y:.{decimals}f} {z:.{decimals}f}" for x, y, z in np.round(frame.mesh.vertices, decimals) + 0.0]
+    lines += [f"vt {u:.5f} {v:.5f}" for u, v in frame.layout.uvs]
+    corners = zip(frame.mesh.triangles + 1, frame.layout.triangles + 1)
+    lines += [f"f {a}/{d} {b}/{e} {c}/{f}" for (a, b, c), (d, e, f) in corners]
+    (folder / f"{stem}.obj").write_text("\n".join(lines) + "\n")

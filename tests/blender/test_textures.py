@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
+from refmesh_addon.bridge.scene.timeline import save_scene
 from refmesh_addon.core.color.projected_layout import projected_layout
 from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.images import write_image
@@ -142,3 +143,9 @@ def test_a_material_of_the_user_stays(colored, results):
     colored.refmesh.surface_color = "STEADY"
     bpy.ops.refmesh.load_results(output=str(results))
     assert colored.refmesh.groups[0].deformed.data.materials[0] == mine
+
+
+def test_saved_scene_names_textures_relative_to_it(colored, results):
+    save_scene(results / "scene.blend")
+    paths = {image.filepath.replace("\\", "/") for image in bpy.data.images if image.source in ("FILE", "SEQUENCE") and image.filepath}
+    assert paths == {"//texture/frame_0006.png", "//texture/group_000_steady.png", "//texture/group_001_steady.png"}

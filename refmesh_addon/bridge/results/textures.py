@@ -10,6 +10,7 @@ from ...io.files import read_npz
 from ..scene.materials import image_material
 from ..scene.meshes import UV_NAME, set_uvs
 from ..scene.paths import stored_path
+from ..scene.timeline import TEXTURE_MARK
 from .groups import deformed_material
 
 
@@ -67,4 +68,5 @@ def load_image(path: Path, sequence: bool = False) -> bpy.types.Image:
     image.source = "SEQUENCE" if sequence else "FILE"
     image.reload()
     image.filepath = stored_path(path)
+    image[TEXTURE_MARK] = True
     return image

@@ -15,6 +15,7 @@ from ...core.errors import RefMeshError
 # Clipping of a 3D view, in sizes of the sequence: bounds of its start, least end.
 CLIP_START, CLIP_END = (1e-3, 1e-2), 20.0
 LAST_BLOCK, TAIL = b"ENDB", 64  # what an uncompressed .blend ends with, in its last bytes
+TEXTURE_MARK = "refmesh_texture"  # custom property of images that belong to results
 
 
 def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0) -> None:
@@ -92,10 +93,11 @@ def _check_room(path: Path) -> None:
 
 
 def _sequence_paths() -> list[tuple]:
-    """(holder, name of the property, value) of each path that a sequence remembers."""
+    """(holder, name of the property, value) of each path that a sequence remembers, those of its textures among them."""
     states = [candidate.refmesh for candidate in bpy.data.objects if candidate.refmesh.frames]
     holders = [(state, name) for state in states for name in ("source", "output")]
     holders += [(frame, "path") for state in states for frame in state.frames]
+    holders += [(image, "filepath") for image in bpy.data.images if TEXTURE_MARK in image]
     return [(holder, name, getattr(holder, name)) for holder, name in holders if getattr(holder, name)]
 
 

@@ -1,0 +1,174 @@
+"""Layouts, bakes and drift on a textured sequence whose colors and motion are known.
+
+    python -m benchmarks.color [--frames 12] [--size 1024] [--source FOLDER] [--set name=value]
+
+The hand and ball of `sample_scenes`, each frame with a mesh, an atlas, an exposure and noise of its own, or a capture on disk, for
+which there is no truth. Seconds are of one core. Drift is the distance of vertices from the true places of the anchor frame's, in
+mean edge lengths, before and after vertices are moved by optical flow.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from refmesh_addon.core.color.bake import Capture, baked, placed
+from refmesh_addon.core.color.drift import slid
+from refmesh_addon.core.color.frame import oriented, textured
+from refmesh_addon.core.color.layout import Layout, measured
+from refmesh_addon.core.color.optical_flow import flow_between
+from refmesh_addon.core.color.projected_layout import projected_layout
+from refmesh_addon.core.color.texels import Texels
+from refmesh_addon.core.color.unlit import eight_views, picture_error
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry.mesh import mean_edge_length, triangle_normals
+from refmesh_addon.core.settings import Settings, flat_fields
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.appearance import parse_appearance
+from refmesh_addon.io.images import encoded
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.report import read_report
+from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
+from sample_scenes.generators.textured import TEXTURED, TexturedSequence, write_frame
+
+from .common import assignment
+
+LUMA = np.array([0.299, 0.587, 0.114])
+FLOW_SIZE = 1024  # texels along a side of the pictures that flow is found in
+PICTURE_SIZE = 1024
+SLIDES = 3  # times that vertices are moved and the picture baked again
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--frames", type=int, default=12)
+    parser.add_argument("--size", type=int, default=1024, help="texels along a side, of the source's atlases and of the result")
+    parser.add_argument("--source", type=Path, help="a capture in place of the generated sequence")
+    parser.add_argument("--output", type=Path, help="folder for the run, kept and taken up again")
+    setting = assignment(flat_fields())
+    parser.add_argument("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a setting of the run")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = arguments.output or Path(scratch)
+        sequence = None if arguments.source else TEXTURED["grasp"]()
+        source = arguments.source or generate(sequence, folder / "frames", arguments.frames, arguments.size)
+        settings = Settings.from_flat({"resolution": 128, "texture": "off", **dict(arguments.set)})
+        run(JobSpec(str(source), str(folder / "out"), settings=settings), lambda *progress: None, print)
+        print(json.dumps(figures(source, folder / "out", arguments.size, sequence)))
+
+
+def generate(sequence: TexturedSequence, folder: Path, count: int, size: int) -> Path:
+    """The frames on disk, made where they are not there yet."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for index, moment in enumerate(np.linspace(0.0, 1.0, count)):
+        if not (folder / f"frame_{index:04d}.obj").exists():
+            write_frame(folder, f"frame_{index:04d}", sequence.frame(moment, index, size))
+    return folder
+
+
+def figures(source: Path, output: Path, size: int, sequence: TexturedSequence | None) -> dict[str, object]:
+    """Of layouts, bakes and drift, over all groups of a finished run."""
+    report, rows, drifts, layouts = read_report(output), [], [], []
+    files = dict(zip(report["sequence"]["numbers"], report["sequence"]["files"]))
+    for group in report["groups"]:
+        reference = read_mesh(output / group["reference"])
+        layout, entry = layout_figures(reference)
+        layouts.append(entry)
+        meshes = {number: read_mesh(output / f"deformed/frame_{number:04d}.ply") for number in group["frames"]}
+        paths = {number: Path(source) / files[number] for number in group["frames"]}
+        rows += [bake_figures(meshes[number], layout, paths[number], size) for number in group["frames"]]
+        drifts += drift_figures(meshes, layout, paths, group["anchor"], len(files), sequence)
+        print(json.dumps({"group": group["index"], **entry, **mean_of(rows), **mean_of(drifts)}), flush=True)
+    return {"size": size, **mean_of(layouts), **mean_of(rows), **mean_of(drifts)}
+
+
+def layout_figures(mesh: TriangleMesh) -> tuple[Layout, dict[str, float]]:
+    """xatlas, where it is there, beside the plain projection."""
+    from refmesh_addon.pipeline.session.unwrapping import unwrapped
+
+    start = time.perf_counter()
+    layout = unwrapped(mesh)
+    seconds = time.perf_counter() - start
+    plain = measured(mesh, projected_layout(mesh))
+    quality = measured(mesh, layout or projected_layout(mesh))
+    entry = {"charts": quality.charts, "stretch": quality.stretch, "area": quality.area_used, "layout_s": seconds}
+    entry |= {"plain_charts": plain.charts, "plain_stretch": plain.stretch, "plain_area": plain.area_used}
+    return layout or projected_layout(mesh), entry
+
+
+def bake_figures(deformed: TriangleMesh, layout: Layout, path: Path, size: int) -> dict[str, float]:
+    """One frame, by walks and by a search for every texel; the texels are worked out beforehand, as for all frames of a group."""
+    texels = Texels.of(layout, size)
+    start = time.process_time()
+    appearance = parse_appearance(path.read_bytes(), path)[0]
+    read = time.process_time()
+    capture = Capture(oriented(appearance, read_mesh(path)).mesh)
+    places = placed(deformed, texels, capture)
+    colors = baked(appearance, places)
+    done = time.process_time()
+    image = texels.image(colors)
+    encoded(image, ".png")
+    written = time.process_time()
+    searched = capture.searched(texels.points(deformed), triangle_normals(deformed)[texels.triangles])
+    plain = time.process_time() - written
+    apart = np.linalg.norm(capture.at(places) - capture.at(searched), axis=1) / deformed.diagonal
+    error = picture_error(appearance, textured(deformed, layout, image), PICTURE_SIZE, eight_views())
+    seconds = {"read_s": read - start, "bake_s": done - read, "write_s": written - done, "plain_bake_s": plain}
+    return {**seconds, "walk_differs": float((apart > 1e-4).mean()), **{f"{name}": value for name, value in vars(error).items()}}
+
+
+def drift_figures(
+    meshes: dict[int, TriangleMesh], layout: Layout, paths: dict[int, Path], anchor: int, count: int, sequence: TexturedSequence | None
+) -> list[dict[str, float]]:
+    """Of all frames but the anchor: drift from the truth where it is known, and distance from the source, before and after."""
+    texels = Texels.of(layout, FLOW_SIZE)
+    covered = np.zeros(FLOW_SIZE**2, bool)
+    covered[texels.pixels] = True
+    picture = lambda number, mesh: texels.image((_bake(mesh, texels, paths[number]) @ LUMA).astype(np.float32))
+    first, entries = picture(anchor, meshes[anchor]), []
+    for number in [number for number in meshes if number != anchor]:
+        mesh = result = meshes[number]
+        start, source, inside = time.process_time(), SurfaceIndex(read_mesh(paths[number])), covered.reshape(first.shape)
+        for _ in range(SLIDES):
+            second = picture(number, result)
+            second = second * np.median(first[inside] / np.maximum(second[inside], 1.0))
+            flow = flow_between(first, second, inside)
+            result = slid(result, layout, texels, flow, source)
+        entry = {"drift_s": time.process_time() - start, "trusted": float(flow.trusted.ravel()[texels.pixels].mean())}
+        before, after = (source.query(item.vertices).distances.mean() for item in (mesh, result))
+        entry["distance_ratio"] = float(after / before)
+        if sequence is not None:
+            times = np.linspace(0.0, 1.0, count)
+            truth = true_places(sequence, meshes[anchor].vertices, times[anchor], times[number])
+            length = mean_edge_length(meshes[anchor])
+            for name, item in (("before", mesh), ("after", result)):
+                drift = np.linalg.norm(item.vertices - truth, axis=1) / length
+                entry |= {f"drift_{name}": float(np.median(drift)), f"drift95_{name}": float(np.percentile(drift, 95))}
+        entries.append(entry)
+    return entries
+
+
+def _bake(mesh: TriangleMesh, texels: Texels, path: Path) -> np.ndarray:
+    appearance = parse_appearance(path.read_bytes(), path)[0]
+    return baked(appearance, placed(mesh, texels, Capture(appearance.mesh)))
+
+
+def true_places(sequence: TexturedSequence, points: np.ndarray, start: float, end: float) -> np.ndarray:
+    """(N, 3) where (N, 3) points of one moment truly are at another."""
+    labels = sequence.sequence.labels(points, start)
+    return sequence.sequence.motion(sequence.sequence.rest(points, labels, start), labels, end)
+
+
+def mean_of(rows: list[dict[str, float]]) -> dict[str, float]:
+    """Mean of every figure, to four digits."""
+    return {name: float(f"{np.mean([row[name] for row in rows if name in row]):.4g}") for name in (rows[0] if rows else {})}
+
+
+if __name__ == "__main__":
+    main()
