@@ -46,6 +46,7 @@ class TrackingSettings(StageSettings):
             "max": "Largest separation and largest disagreement of motion so far",
             "iir": "Old disagreement of motion fades with time",
         },
+        titles={"iir": "IIR"},
     )
     global_rounds: int = option(
         0,
@@ -114,6 +115,7 @@ class ReferenceSettings(StageSettings):
             "affinity": "Blend of the rigid motions of centers that move together; tears where bodies part",
             "rbf": "Thin-plate spline through all centers, as in the paper; smooth, so it cannot tear",
         },
+        titles={"rbf": "RBF"},
     )
     alignment_steps: int = option(
         8, "Steps, from stiff to soft, that align each frame with the anchor frame; 0 leaves frames as they are mapped", low=0, high=50
@@ -131,6 +133,7 @@ class ReferenceSettings(StageSettings):
             "builtin": "RefMesh's own: keeps sharp edges, needs no other package",
             "pymeshlab": "The reference implementation, from PyMeshLab, which has to be installed",
         },
+        titles={"builtin": "Built-in", "pymeshlab": "PyMeshLab"},
     )
     poisson_depth: int = option(
         0,
