@@ -56,7 +56,7 @@ def building_tasks(source: str, frames: str) -> list[tuple]:
     """Points, normals, spacing, triangles and depth of each group, from a job that stops short of the reference meshes."""
     with tempfile.TemporaryDirectory() as output, Workers() as workers:
         spec = JobSpec(source, output, frames, settings=Settings())
-        context = Context.open(spec, find_sequence(source, frames), lambda stage, frame, share: None, print, workers)
+        context = Context.open(spec, find_sequence(source, frames), lambda stage, frame, share, *_: None, print, workers)
         aligned = align_groups(context, track_sequence(context))
         return [unit.arguments()[1:] for unit in building_units(context, aligned).values()]
 

@@ -1,10 +1,13 @@
 """Fixtures that every test folder may use."""
 
+import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+os.environ.setdefault("REFMESH_MEASUREMENTS", os.path.join(tempfile.mkdtemp(prefix="refmesh-"), "times.json"))  # not the user's own
 ROOT = Path(__file__).resolve().parent.parent
 
 

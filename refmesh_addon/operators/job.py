@@ -66,9 +66,16 @@ class JobOperator(ShowingOperator):
             if message.is_final:
                 return self._finish(context, message)
             self._note(message)
-            self.at_stake = self._clock.at_stake(message)
-            self.show_status(context, self._clock.describe(message))
+            self._clock.hear(message)
+        self._show_progress(context)
         return {"PASS_THROUGH"}
+
+    def _show_progress(self, context):
+        """Between two events of the job too, so that the bar moves however long one piece of work takes."""
+        self._clock.move()
+        if self._clock.share > 0 and self._clock.describe() != self.status:
+            self.progress, self.at_stake = self._clock.share, self._clock.at_stake()
+            self.show_status(context, self._clock.describe())
 
     def cancel(self, context):
         """Called by Blender when it ends the operator: another file is loaded, or Blender quits."""
@@ -106,7 +113,6 @@ class JobOperator(ShowingOperator):
     def _note(self, event):
         if event.kind == "warning":
             self.report({"WARNING"}, for_window(event.message))
-        self.progress = event.share
 
     def _wait(self):
         with progress_bar(self.quiet) as advance:

@@ -2,33 +2,64 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
+BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}{postfix}"
+LEAST_LEFT = 1.0  # seconds that an estimate is taken for at least
 ASK_AFTER = 60.0  # seconds of work from which on a job asks before it is canceled
 LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file, not a terminal
 
 
 class Clock:
-    """Describes what a job is doing and estimates the time left from the time it has taken so far."""
+    """Describes what a job is doing, how far it is and how long it will take; moves on between the job's events.
+
+    The time left never grows. Where the job turns out to take longer, it falls more slowly, so that both end together.
+    """
 
     def __init__(self):
-        self._start = time.monotonic()
+        self._start = self._moved = self._heard = time.monotonic()
+        self._event = None
+        self._left: float | None = None
+        self.share = 0.0
 
-    def describe(self, event) -> str:
-        """For a progress event: "tracking, frame 8, 42 %, 1:20 left"."""
-        passed = time.monotonic() - self._start
-        left = f", {minutes(passed * (1 - event.share) / event.share)} left" if event.share > 0 else ""
-        return f"{stage_and_frame(event)}, {event.share:.0%}{left}"
+    def hear(self, event) -> None:
+        """Takes a progress event of the job."""
+        self._event, self._heard = event, time.monotonic()
+        self.move()
 
-    def at_stake(self, event) -> str:
+    def move(self) -> None:
+        """Brings share and time left up to the present."""
+        now, event = time.monotonic(), self._event
+        passed, self._moved = now - self._moved, now
+        if event is None:
+            return
+        self.share = max(self.share, event.share)
+        if event.left is None:
+            return
+        estimate = event.left * math.exp(-(now - self._heard) / max(event.left, LEAST_LEFT))  # slower and slower without news
+        before = estimate if self._left is None else self._left
+        self._left = min(before * math.exp(-passed / max(estimate, LEAST_LEFT)), estimate)
+        if before > 0:
+            self.share = 1 - (1 - self.share) * self._left / before
+
+    @property
+    def time_left(self) -> str:
+        """ "1:20 left"; "" while nothing is known."""
+        return "" if self._left is None else f"{minutes(self._left)} left"
+
+    def describe(self) -> str:
+        """ "tracking, frame 8, 42.1%, 1:20 left"."""
+        return ", ".join(filter(None, (stage_and_frame(self._event), f"{self.share:.1%}", self.time_left)))
+
+    def at_stake(self) -> str:
         """What to tell a person who is about to cancel the job; "" while it has only begun."""
         if time.monotonic() - self._start < ASK_AFTER:
             return ""
-        return f"{event.share:.0%} is done. What is finished is kept, and the next run continues from there"
+        return f"{self.share:.0%} is done. What is finished is kept, and the next run continues from there"
 
 
 def stage_and_frame(event) -> str:
@@ -47,16 +78,18 @@ def progress_bar(quiet: bool) -> Iterator[Callable]:
     from tqdm import tqdm
 
     interval = 0.1 if sys.stderr.isatty() else LOG_INTERVAL
-    # smoothing=0: the time left comes from the whole time so far, as the stages differ in speed.
-    with tqdm(total=1.0, bar_format=BAR_FORMAT, smoothing=0, mininterval=interval, miniters=0, disable=quiet, file=sys.stderr) as bar:
+    clock = Clock()
+    with tqdm(total=1.0, bar_format=BAR_FORMAT, mininterval=interval, miniters=0, disable=quiet, file=sys.stderr) as bar:
         stage = ""
 
         def advance(event):
             nonlocal stage
             if event.kind == "warning" and not quiet:
                 bar.write(f"warning: {event.message}", file=sys.stderr)
+            clock.hear(event)
             bar.set_description_str(stage_and_frame(event), refresh=event.stage != stage)  # a new stage is shown at once
-            bar.update(event.share - bar.n)
+            bar.set_postfix_str(clock.time_left, refresh=False)
+            bar.update(max(clock.share, event.share) - bar.n)
             stage = event.stage
 
         yield advance

@@ -14,7 +14,7 @@ class REFMESH_UL_groups(bpy.types.UIList):
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
         following = data.groups[index + 1].start if index + 1 < len(data.groups) else data.frames[-1].scene_frame + 1
-        layout.label(text=f"Frames {item.start} to {following - 1}", icon="MARKER_HLT")
+        layout.label(text=f"{item.start} to {following - 1}", icon="MARKER_HLT")
         if item.reference is not None:
             layout.label(text=f"{len(item.reference.data.polygons):,} triangles")
 

@@ -110,4 +110,6 @@ class REFMESH_PT_color(StepPanel, bpy.types.Panel):
         super().draw(context)
         state = sequence_object(context).refmesh
         if "color" in state.done:
-            self.layout.prop(state, "surface_color", expand=True)
+            row = self.layout.row(align=True)
+            row.use_property_split = False  # the three names need the whole width
+            row.prop(state, "surface_color", expand=True)

@@ -108,10 +108,16 @@ def test_frames_that_were_not_imported_are_refused(blender, frames, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def described(event) -> str:
+    clock = Clock()
+    clock.hear(event)
+    return clock.describe()
+
+
 def test_progress_is_described():
-    event = SimpleNamespace(stage="tracking", frame=8, share=0.25)
+    event = SimpleNamespace(stage="tracking", frame=8, share=0.25, left=80.4)
     assert stage_and_frame(event) == "tracking, frame 8"
     assert stage_and_frame(SimpleNamespace(stage="reference", frame=None)) == "reference"
-    assert Clock().describe(event).startswith("tracking, frame 8, 25%, ")
-    assert Clock().describe(SimpleNamespace(stage="tracking", frame=None, share=0.0)) == "tracking, 0%"
+    assert described(event) == "tracking, frame 8, 25.0%, 1:20 left"
+    assert described(SimpleNamespace(stage="tracking", frame=None, share=0.0, left=None)) == "tracking, 0.0%"
     assert [minutes(seconds) for seconds in (0, 59.9, 61, 3600)] == ["0:00", "0:59", "1:01", "60:00"]

@@ -38,10 +38,54 @@ def test_escape_is_meant_for_the_job_where_its_progress_is_shown(tab, x, y, expe
 
 
 def test_a_job_asks_before_it_is_canceled_once_it_has_run_for_a_while(monkeypatch):
-    clock, event = Clock(), SimpleNamespace(stage="tracking", frame=8, share=0.25)
-    assert clock.at_stake(event) == ""
+    clock = Clock()
+    clock.hear(SimpleNamespace(stage="tracking", frame=8, share=0.25, left=None))
+    assert clock.at_stake() == ""
     monkeypatch.setattr(clock, "_start", clock._start - ASK_AFTER)
-    assert clock.at_stake(event).startswith("25% is done. What is finished is kept")
+    assert clock.at_stake().startswith("25% is done. What is finished is kept")
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """shown(events): share and time left, each second, of a clock that hears each event (second, share, left) in its second."""
+
+    def follow(events, seconds):
+        now = 0.0
+        monkeypatch.setattr("refmesh_addon.operators.progress.time.monotonic", lambda: now)
+        clock, heard, states = Clock(), dict((second, rest) for second, *rest in events), []
+        for second in range(seconds):
+            now = float(second)
+            if second in heard:
+                share, left = heard[second]
+                clock.hear(SimpleNamespace(stage="reference", frame=None, share=share, left=left))
+            clock.move()
+            states.append((clock.share, clock._left))
+        return states
+
+    return follow
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        [(0, 0.0, 100.0)],  # no news for the whole job
+        [(0, 0.0, 50.0), (10, 0.05, 300.0), (60, 0.2, 250.0)],  # much slower than it seemed
+        [(0, 0.1, 300.0), (30, 0.8, 20.0)],  # a stage that was done already
+        [(0, 0.0, None), (20, 0.1, 90.0), (40, 0.12, 95.0)],  # nothing known at first
+    ],
+)
+def test_time_left_never_grows_and_the_bar_always_moves(shown, events):
+    states = shown(events, 100)
+    known = [left for _, left in states if left is not None]
+    shares = [share for share, left in states if left is not None]
+    assert all(later < earlier for earlier, later in zip(known, known[1:]))
+    assert all(later > earlier for earlier, later in zip(shares, shares[1:])) and shares[-1] < 1
+
+
+def test_an_estimate_that_is_right_counts_down_second_by_second(shown):
+    events = [(second, second / 100, 100.0 - second) for second in range(100)]
+    states = shown(events, 100)
+    assert [left for _, left in states] == pytest.approx([100.0 - second for second in range(100)], abs=1.0)
 
 
 @pytest.mark.parametrize("operator", ["import_object", "run_all", "check_sequence", "load_results"])

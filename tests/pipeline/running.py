@@ -23,7 +23,7 @@ def shared_workers() -> Workers:
     return workers
 
 
-def finish(source, output, notify=lambda stage, frame, share: None, **changes) -> list[str]:
+def finish(source, output, notify=lambda *_: None, **changes) -> list[str]:
     """Runs a job to its end and gives its warnings. changes : of the job, or of TINY's settings by their flat names."""
     job = {name: changes.pop(name) for name in ("frames", "until", "resume", "warnings") if name in changes}
     settings = Settings.from_flat({**TINY.to_flat(), **changes})

@@ -98,7 +98,7 @@ def stop_at(stage, count):
     """A `notify` that gives up at the count-th report of a stage."""
     seen = []
 
-    def notify(reported, frame, share):
+    def notify(reported, *_):
         seen.append(reported)
         if seen.count(stage) == count:
             raise Cancelled
@@ -154,7 +154,7 @@ def test_smaller_groups_replace_the_larger_ones(output, two_balls):
 
 def test_progress_names_stages_in_order_and_shares_from_zero_to_one(output, two_balls):
     seen = []
-    finish(two_balls, output, lambda stage, frame, share: seen.append((stage, frame, share)), resume=False)
+    finish(two_balls, output, lambda stage, frame, share, *_: seen.append((stage, frame, share)), resume=False)
     assert tuple(dict.fromkeys(stage for stage, _, _ in seen)) == STAGES
     assert all(0 <= share <= 1 for _, _, share in seen)
     for stage in STAGES:

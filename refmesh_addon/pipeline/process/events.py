@@ -12,7 +12,8 @@ FINAL_KINDS = ("done", "failed", "cancelled")
 class Event:
     """kind : "progress", "warning", or how the job ended: "done", "failed", "cancelled".
 
-    share : of the whole job, 0 to 1.  frame : number of the frame that is worked on, None where it is no single one.
+    share : of the whole job, 0 to 1.  left : seconds until it is done, None where nothing is known.
+    frame : number of the frame that is worked on, None where it is no single one.
     """
 
     kind: str
@@ -20,6 +21,7 @@ class Event:
     stage: str = ""
     frame: int | None = None
     share: float = 0.0
+    left: float | None = None
 
     @property
     def is_final(self) -> bool:

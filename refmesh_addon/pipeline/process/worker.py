@@ -12,14 +12,17 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TextIO
 
 from ...core.errors import Cancelled, RefMeshError
 from ...io.discovery import find_sequence
-from ..session.job import CACHE_FOLDER, STAGE_WEIGHTS, JobSpec
+from ..session.job import CACHE_FOLDER, JobSpec
 from .events import Event
+from .forecast import Forecast, StageTime
 from .lock import output_lock
+from .measurements import remember, stage_times
 
 LOG_NAME = "worker.log"
 EVENT_INTERVAL = 0.05  # seconds between two progress events; a window cannot show more
@@ -31,32 +34,29 @@ SINGLE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS
 class Reporter:
     """Turns the progress of the pipeline into events, and a request to cancel into `Cancelled`."""
 
-    def __init__(self, stages: tuple[str, ...], send: Callable[[Event], None]):
-        self._stages = stages
+    def __init__(self, forecast: Forecast, send: Callable[[Event], None]):
+        self.forecast = forecast
         self._send = send
         self._last_sent = float("-inf")
-        self._share = 0.0
         self.stage = ""
         self.cancel = threading.Event()
 
-    def progress(self, stage: str, frame: int | None, share: float) -> None:
-        """share : of this stage, 0 to 1. Raises Cancelled once the parent has cancelled the job."""
+    def progress(self, stage: str, frame: int | None, share: float, skipped: bool = False) -> None:
+        """share : of this stage, 0 to 1.  skipped : reached by results of an earlier run.
+
+        Raises Cancelled once the parent has cancelled the job.
+        """
         if self.cancel.is_set():
             raise Cancelled
-        self._share = max(self._share, self._share_of_job(stage, share))
+        self.forecast.advance(stage, share, skipped)
         now = time.monotonic()
         if stage != self.stage or now - self._last_sent >= EVENT_INTERVAL:
             self.stage, self._last_sent = stage, now
-            self._send(Event("progress", stage=stage, frame=frame, share=self._share))
+            self._send(Event("progress", stage=stage, frame=frame, share=self.forecast.share, left=self.forecast.left))
 
     def warn(self, message: str) -> None:
         """Something the user should know that does not stop the job."""
-        self._send(Event("warning", message=message, stage=self.stage, share=self._share))
-
-    def _share_of_job(self, stage: str, share: float) -> float:
-        weights = [STAGE_WEIGHTS[name] for name in self._stages]
-        at = self._stages.index(stage)
-        return (sum(weights[:at]) + weights[at] * min(max(share, 0.0), 1.0)) / sum(weights)
+        self._send(Event("warning", message=message, stage=self.stage, share=self.forecast.share, left=self.forecast.left))
 
 
 def main(job_file: str) -> None:
@@ -82,18 +82,21 @@ def _run_file(job_file: str, send: Callable[[Event], None]) -> Event:
         return Event("failed", str(error))
     except OSError as error:
         return Event("failed", f"{job_file}: the job file cannot be read ({error.strerror})")
-    reporter = Reporter(spec.stages, send)
+    times = stage_times(spec)
+    reporter = Reporter(Forecast(times), send)
     threading.Thread(target=_listen, args=(reporter.cancel,), daemon=True).start()
-    return _outcome(spec, reporter)
+    return _outcome(spec, reporter, times)
 
 
-def _outcome(spec: JobSpec, reporter: Reporter) -> Event:
+def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> Event:
     try:
         sequence = find_sequence(spec.source, spec.frames)  # first, so that a wrong input leaves no empty output folder
         with output_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
+            reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec))
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 
             run(spec, reporter.progress, reporter.warn, sequence=sequence)
+            reporter.forecast.end()
     except Cancelled:
         return Event("cancelled", stage=reporter.stage)
     except RefMeshError as error:

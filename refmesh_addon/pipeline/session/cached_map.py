@@ -80,6 +80,7 @@ def cached_map(
     Raises what `session.notify` raises, which is called several times a second.
     """
     missing = [name for name, unit in units.items() if _missing(session, unit, kind, share)]
+    share.skip(session.notify, 1 - len(missing) / max(len(units), 1))
     progress = _Progress(session, share, len(units), len(units) - len(missing))
     lost = set()
     tasks = (units[name].arguments() for name in missing)

@@ -9,8 +9,9 @@ from pathlib import Path
 from .cache import Cache
 from .parallel import Workers
 
-# (stage, frame number or None, share of the stage from 0 to 1); raises Cancelled once the job was cancelled.
-Notify = Callable[[str, int | None, float], None]
+# (stage, frame number or None, share of the stage from 0 to 1), and True where an earlier run has left that much;
+# raises Cancelled once the job was cancelled.
+Notify = Callable[..., None]
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,11 @@ class StageShare:
     def tell(self, notify: Notify, done: float, frame: int | None = None) -> None:
         """Notifies that a share of this part is done, 0 to 1. Raises what `notify` raises."""
         notify(self.stage, frame, self._at(done))
+
+    def skip(self, notify: Notify, done: float) -> None:
+        """Notifies that an earlier run has left the results of a share of this part, so that it takes no time."""
+        if done > 0:
+            notify(self.stage, None, self._at(done), True)
 
     def _at(self, done: float) -> float:
         return self.start + (self.end - self.start) * done

@@ -60,6 +60,7 @@ def _after_round(context: Context, last: TrackingResult, index: int) -> tuple[Tr
     (whole,) = last.ranges
     key = digest(GLOBAL_SCHEMA, whole.key, index)
     done = context.cache.load_or_make_result(f"tracking/global_{index:02d}", key, GlobalRound, lambda: _optimized(context, last, index))
+    StageShare(TRACKING, FORWARD_SHARE).skip(context.notify, (index + 1) / context.settings.tracking.global_rounds)
     following = replace(whole, load_affinity=lambda: done.affinity, key=key)
     return replace(last, positions=done.positions, ranges=(following,)), done.energies
 

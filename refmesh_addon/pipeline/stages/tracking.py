@@ -28,6 +28,7 @@ def track_sequence(context: Context) -> TrackingResult:
     settings, keys = context.settings.tracking, _chained_keys(context)
     share = StageShare(TRACKING, READING_SHARE, FORWARD_SHARE if settings.global_rounds else 1.0)
     state, done = _resumed(context, keys)
+    share.skip(context.notify, done / len(keys))
     for index, volume in enumerate(one_ahead(lambda index: volume_of(context, index), range(done, len(keys))), done):
         share.tell(context.notify, index / len(keys), context.numbers[index])
         state = next_frame(state, volume, settings) if state else first_frame(volume, settings)

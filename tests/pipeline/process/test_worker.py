@@ -8,8 +8,9 @@ import pytest
 from refmesh_addon.core.errors import Cancelled
 from refmesh_addon.pipeline.process.environment import python_executable, worker_environment
 from refmesh_addon.pipeline.process.events import Event
-from refmesh_addon.pipeline.process.worker import STAGE_WEIGHTS, Reporter
-from refmesh_addon.pipeline.session.job import CHECK, STAGES, JobSpec
+from refmesh_addon.pipeline.process.forecast import Forecast, StageTime
+from refmesh_addon.pipeline.process.worker import Reporter
+from refmesh_addon.pipeline.session.job import CHECK, STAGE_WEIGHTS, STAGES, JobSpec
 
 from ..conftest import TINY
 
@@ -41,10 +42,14 @@ def job_file(tmp_path, two_balls):
     return write
 
 
+def forecast(stages) -> Forecast:
+    return Forecast({stage: StageTime(STAGE_WEIGHTS[stage]) for stage in stages})
+
+
 def test_shares_grow_over_the_stages_wanted_and_end_at_one():
     for wanted in (STAGES, STAGES[:2], STAGES[:1]):
         sent = []
-        reporter = Reporter(wanted, sent.append)
+        reporter = Reporter(forecast(wanted), sent.append)
         for stage in wanted:
             for share in (0.0, 0.5, 0.2, 1.0):
                 reporter._last_sent = float("-inf")  # nothing is held back for coming too soon
@@ -60,7 +65,7 @@ def test_every_stage_has_a_weight():
 
 def test_a_flood_of_progress_is_thinned_but_no_stage_is_lost():
     sent = []
-    reporter = Reporter(STAGES, sent.append)
+    reporter = Reporter(forecast(STAGES), sent.append)
     for stage in STAGES:
         for step in range(2000):
             reporter.progress(stage, step, step / 2000)
@@ -69,7 +74,7 @@ def test_a_flood_of_progress_is_thinned_but_no_stage_is_lost():
 
 
 def test_a_wish_to_stop_is_raised_at_the_next_step():
-    reporter = Reporter(STAGES, lambda event: None)
+    reporter = Reporter(forecast(STAGES), lambda event: None)
     reporter.progress("tracking", None, 0.1)
     reporter.cancel.set()
     with pytest.raises(Cancelled):

@@ -47,7 +47,7 @@ class Job:
     def __init__(self, folder):
         self.folder, self.told, self.asked = folder, [], []
 
-    def notify(self, stage, frame, share):
+    def notify(self, stage, frame, share, skipped=False):
         self.told.append((stage, frame, share))
 
     def units(self, *exponents, version=1) -> dict[str, WorkUnit]:
@@ -127,7 +127,7 @@ def test_progress_stays_in_its_part_of_the_stage_and_names_each_frame(job):
 
 
 def test_a_cancelled_map_keeps_what_is_done(job):
-    def notify(stage, frame, share):
+    def notify(stage, frame, share, skipped=False):
         if share > 0.7:
             raise Cancelled
 

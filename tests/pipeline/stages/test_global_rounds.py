@@ -73,5 +73,5 @@ def test_a_run_killed_between_rounds_goes_on_with_the_next(optimized, two_balls,
 
 def test_progress_never_goes_back(two_balls, tmp_path):
     shares = []
-    finish(two_balls, tmp_path, lambda stage, frame, share: shares.append(share), until="tracking", global_rounds=2)
+    finish(two_balls, tmp_path, lambda stage, frame, share, *_: shares.append(share), until="tracking", global_rounds=2)
     assert shares == sorted(shares) and shares[-1] <= 1
