@@ -1,7 +1,7 @@
 # make help     what there is
 PYTHON ?= $(or $(shell command -v python3.11),python3)
 RUN := PYTHONPATH=. .venv/bin/python
-SAMPLE := sample_scenes/grasp/frames
+SAMPLE := sample_scenes/textured_grasp/frames
 DEMO := build/demo
 # bpy and pymeshlab do not share a process well, so tests that need bpy get one of their own.
 BPY_TESTS := tests/blender tests/headless
@@ -49,6 +49,7 @@ lint: environment
 ## make samples    write the frames in sample_scenes/ again
 samples: environment
 	$(RUN) -m sample_scenes.grasp.generate
+	$(RUN) -m sample_scenes.textured_grasp.generate
 
 ## make pictures   draw the pictures in docs/pictures again
 pictures: environment

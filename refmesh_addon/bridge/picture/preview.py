@@ -13,12 +13,13 @@ from mathutils import Euler, Matrix
 from ...core.errors import RefMeshError
 from ...core.evaluation import error_scale
 from ...core.types import TriangleMesh
-from ...io.files import output_folder
+from ...io.files import output_folder, read_npz
 from ...io.ply import read_surface
 from ...io.report import read_report
 from ..results.heat_map import read_error_colors
-from ..scene.materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, plain_material
-from ..scene.meshes import COLOR_NAME, fill_mesh, read_positions, set_colors
+from ..results.textures import load_image
+from ..scene.materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, image_material, plain_material
+from ..scene.meshes import COLOR_NAME, fill_mesh, read_positions, set_colors, set_uvs
 from ..sequence.raw_sequence import frame_at, read_frame
 from .studio import add, draw_bar, render, studio, write
 
@@ -30,12 +31,14 @@ PLAIN_COLOR = (0.55, 0.56, 0.58, 1.0)  # a deformed mesh without error colors
 
 
 def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, target: Path, width: int) -> None:
-    """Writes a PNG, `width` pixels wide, of the frame shown at `scene_frame`: source, reference mesh of its group, deformed mesh.
+    """Writes a PNG, `width` pixels wide, of the frame shown at `scene_frame`: source, reference mesh of its group, deformed mesh,
+    and this with captured and steady colors where there are textures.
 
     Raises RefMeshError when there are no results for the frame, or the picture cannot be written.
     """
     frame = frame_at(owner, scene_frame)
-    group, deformed = _results_of(int(frame.name), results)
+    group, entry = _results_of(int(frame.name), results)
+    deformed = entry.get("deformed", "")
     output_folder(target.parent)
     with studio() as scene:
         labels = [f"source, frame {frame.name}", f"reference of group {group['index']}"]
@@ -46,18 +49,21 @@ def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, tar
         if deformed:
             actors.append(_read_colored(scene, results / deformed))
             labels.append("deformed")
+        if entry.get("texture") and group.get("layout"):
+            actors += [_textured(scene, results, group, deformed, picture) for picture in (entry["texture"], group["texture"])]
+            labels += ["captured colors", "steady texture"]
         low, high = _line_up(actors, VIEW.to_matrix().transposed() @ owner.refmesh.root.matrix_world.to_3x3())
         low = _write_labels(scene, actors, labels, low, high)
         render(scene, low, high, target, width)
 
 
-def _results_of(number: int, results: Path) -> tuple[dict, str]:
-    """Group of a frame and the path of its deformed mesh; "" where there is none yet."""
+def _results_of(number: int, results: Path) -> tuple[dict, dict]:
+    """Group and frame in the report; the frame is empty where it was not deformed yet."""
     report = read_report(results)
     group = next((group for group in report["groups"] if number in group["frames"]), None)
     if group is None:
         raise RefMeshError(f"{results}: no reference mesh for frame {number}; run the steps first")
-    return group, next((frame["deformed"] for frame in report["frames"] if frame["number"] == number), "")
+    return group, next((frame for frame in report["frames"] if frame["number"] == number), {})
 
 
 def _actor(scene: bpy.types.Scene, mesh: TriangleMesh, material: bpy.types.Material) -> bpy.types.Object:
@@ -72,6 +78,14 @@ def _read_colored(scene: bpy.types.Scene, path: Path) -> bpy.types.Object:
     with contextlib.suppress(RefMeshError):  # not measured yet
         set_colors(actor.data, read_error_colors(path))
         actor.data.materials[0] = attribute_material("RefMesh Error", COLOR_NAME)
+    return actor
+
+
+def _textured(scene: bpy.types.Scene, results: Path, group: dict, deformed: str, picture: str) -> bpy.types.Object:
+    """The deformed mesh with a picture on the layout of its group."""
+    actor = _actor(scene, read_surface(results / deformed), image_material(f"RefMesh {picture}", load_image(results / picture)))
+    layout = read_npz(results / group["layout"])
+    set_uvs(actor.data, layout["uvs"][layout["triangles"]])
     return actor
 
 
@@ -101,8 +115,8 @@ def _write_labels(scene: bpy.types.Scene, actors: list, labels: list[str], low: 
     line = LINE * (high[0] - low[0])
     for actor, text in zip(actors, labels, strict=True):
         write(scene, text, (_middle(actor), -line), line)
-    if _has_colors(actors[-1]):
-        _draw_scale(scene, _middle(actors[-1]), -3 * line, line)
+    for actor in filter(_has_colors, actors):
+        _draw_scale(scene, _middle(actor), -3 * line, line)
     return np.array([low[0], -7 * line, low[2]])
 
 

@@ -1,0 +1,1 @@
+"""A hand grasps a ball, in color."""
