@@ -23,7 +23,7 @@ def test_links_lead_to_files_and_headings(page):
         path, _, heading = target.partition("#")
         found = (page.parent / path).resolve() if path else page
         assert found.exists(), target
-        headings = [re.sub(r"[^a-z0-9 -]", "", line.lstrip("# ").lower()).replace(" ", "-") for line in lines_of(found) if line[:1] == "#"]
+        headings = [re.sub(r"[^a-z0-9_ -]", "", line.lstrip("# ").lower()).replace(" ", "-") for line in lines_of(found) if line[:1] == "#"]
         assert not heading or heading in headings, target
 
 
