@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, StringProperty
 from ..core.errors import RefMeshError
 from ..properties.settings import setting_properties
 from ..properties.wording import for_window
+from .arrivals import Arrivals
 from .common import absolute, reporting, sequence_object
 from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
@@ -66,9 +67,22 @@ class JobOperator(ShowingOperator):
             if message.is_final:
                 return self._finish(context, message)
             self._note(message)
+            if message.kind == "group":
+                self._arrivals.add(int(message.message))
             self._clock.hear(message)
+        self._show_arrived()
         self._show_progress(context)
         return {"PASS_THROUGH"}
+
+    def _show_arrived(self):
+        """Shows one group that is done, while the job goes on with the others."""
+        from ..bridge.results.arriving import show_group
+
+        if self._is_being_edited():
+            return
+        arrived = self._arrivals.next()
+        if arrived is not None:
+            self._messages = (*self._messages, *filter(None, [show_group(self.sequence(), arrived)]))
 
     def _show_progress(self, context):
         """Between two events of the job too, so that the bar moves however long one piece of work takes."""
@@ -81,6 +95,7 @@ class JobOperator(ShowingOperator):
         """Called by Blender when it ends the operator: another file is loaded, or Blender quits."""
         if self._worker is not None:
             self._worker.cancel()
+            self._arrivals.close()
         self.end_modal(context)
 
     def _spec(self, state):
@@ -107,7 +122,10 @@ class JobOperator(ShowingOperator):
             state.output = spec.output
 
     def _start(self, context):
-        self._clock = Clock()
+        from ..bridge.results.visibility import present_kinds
+
+        self._clock, self._kinds = Clock(), present_kinds(self.sequence())
+        self._arrivals = Arrivals(self.results_folder())
         return self.start_modal(context, POLL_INTERVAL)
 
     def _note(self, event):
@@ -129,6 +147,7 @@ class JobOperator(ShowingOperator):
     @reporting
     def _finish(self, context, event):
         """The worker has ended: its results are shown step by step, so that the window stays responsive."""
+        self._arrivals.close()
         if event.kind != "done":
             self.end_modal(context)
         if not self._succeeded(event):

@@ -81,7 +81,7 @@ class REFMESH_OT_cancel(bpy.types.Operator):
         if not at_stake:
             return self.execute(context)
         return context.window_manager.invoke_confirm(
-            self, event, title="Cancel the job?", message=at_stake, confirm_text="Cancel Job", icon="QUESTION"
+            self, event, title="Stop the job?", message=at_stake, confirm_text="Stop Job", icon="QUESTION"
         )
 
     def execute(self, context):

@@ -16,6 +16,7 @@ class ShowingOperator(ModalOperator, SequenceOperator):
     """Shows the contents of an output folder: at once in background mode, else in a modal operator that has been started."""
 
     _updates = None  # of the scene that remain, once there are any
+    _kinds = None  # of objects before a job whose groups are shown while it runs
     _messages = ()  # that the updates returned
 
     def remember_sequence(self, owner):
@@ -43,7 +44,7 @@ class ShowingOperator(ModalOperator, SequenceOperator):
             while not bpy.app.background and (not reading.done() or self._is_being_edited()):
                 yield None
             results = reading.result()
-        yield from scene_updates(results)
+        yield from scene_updates(results, self._kinds)
 
     def _is_being_edited(self):
         """Whether an object of the sequence is in a mode that holds a copy of its mesh, which would undo what is written now."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
 
 from ..io.discovery import find_sequence
 from ..io.sequence import Sequence
@@ -15,7 +17,7 @@ from .stages.check import check_sequence
 from .stages.color import color
 from .stages.color_files import write_colors
 from .stages.deformation import deform
-from .stages.deformed_frames import write_deformed, write_playbacks
+from .stages.deformed_frames import publish_group, write_deformed, write_playbacks
 from .stages.evaluation import evaluate
 from .stages.global_rounds import optimize_globally
 from .stages.marked_bodies import parsed_marks
@@ -36,12 +38,14 @@ def run(
     warn: Callable[[str], None],
     workers: Workers | None = None,
     sequence: Sequence | None = None,
+    group_ready: Callable[[int], None] = lambda index: None,
 ) -> None:
     """Runs the stages of a job; those whose results are in the cache only write them out again.
 
     notify : (stage, frame number or None, share of the stage).  warn : one line for a person.
     workers : who shares the work; None starts as many processes as there are cores. The results are the same.
     sequence : what `find_sequence` gives for the job, where the caller has it already.
+    group_ready : called with the index of each group once the output folder holds what plays it.
     Raises RefMeshError, in plain words, when the job cannot be done, and what `notify` raises.
     """
     sequence = sequence or find_sequence(spec.source, spec.frames)
@@ -49,7 +53,7 @@ def run(
         if spec.until == CHECK:
             check_sequence(spec, sequence, notify, own)
         else:
-            _run_stages(spec, Context.open(spec, sequence, notify, warn, own))
+            _run_stages(spec, replace(Context.open(spec, sequence, notify, warn, own), group_ready=group_ready))
 
 
 def _run_stages(spec: JobSpec, context: Context) -> None:
@@ -66,7 +70,7 @@ def _run_stages(spec: JobSpec, context: Context) -> None:
             write_references(context, tracking, references, plan.reasons)
     if DEFORMATION in spec.stages:
         with context.timed(DEFORMATION):
-            deformed = deform(context, tracking, references)
+            deformed = deform(context, tracking, references, partial(publish_group, context))
             write_playbacks(context, deformed)
             if EVALUATION not in spec.stages:  # otherwise the frames are written once, with the colors of their errors
                 write_deformed(context, deformed)

@@ -153,12 +153,19 @@ def run_and_cancel() -> Iterator[float | None]:
     owner().refmesh.output = str(OUTPUT / "results")
     with bpy.context.temp_override(**view()):
         bpy.ops.refmesh.run_all("INVOKE_DEFAULT", centers=1000, resolution=256)
-    yield from until(lambda: job().properties.progress > 0.02)
+    yield from until(lambda: "tracking" in job().properties.status)
     picture("running")
     seen["status"] = job().properties.status
     seen["allowed_while_running"] = [name for name, arguments in CHANGING.items() if allowed(name, arguments)]
-    pressed = time.monotonic()
     press("ESC", view()["area"])
+    yield 1.0
+    seen["runs_on_after_escape_in_the_view"] = job() is not None
+    pressed = time.monotonic()
+    press("ESC", next(region for region in view()["area"].regions if region.type == "UI"))
+    yield 0.5
+    if job() and job().properties.at_stake:  # on a slow machine the job has run for a minute, and asks
+        picture("asking")
+        press("RET", view()["area"])
     while job() and time.monotonic() < pressed + PATIENCE:
         yield 0.02
     seen["seconds_to_cancel"] = time.monotonic() - pressed
@@ -290,8 +297,8 @@ def allowed(name: str, arguments: dict) -> bool:
     return True
 
 
-def press(key: str, area: bpy.types.Area) -> None:
-    """A key, with the mouse in the middle of the area."""
+def press(key: str, area: bpy.types.Area | bpy.types.Region) -> None:
+    """A key, with the mouse in the middle of the area or region."""
     window = bpy.context.window_manager.windows[-1]
     place = {"x": area.x + area.width // 2, "y": area.y + area.height // 2}
     window.event_simulate(type="MOUSEMOVE", value="NOTHING", **place)

@@ -62,9 +62,13 @@ def test_frames_come_in_by_the_file_browser_and_are_checked(session):
     assert session["imported"] == [str(number) for number in FRAMES] and session["checked"]
 
 
-def test_escape_ends_a_job_at_once_and_leaves_no_objects(session):
+def test_escape_over_the_panel_ends_a_job_at_once_and_leaves_no_objects(session):
     assert session["objects_after_cancel"] == ["grasp", "grasp source"]
     assert "tracking" in session["status"]
+
+
+def test_escape_in_the_view_is_not_meant_for_the_job(session):
+    assert session["runs_on_after_escape_in_the_view"]
 
 
 def test_nothing_else_changes_the_scene_while_a_job_runs(session):

@@ -26,9 +26,10 @@ def shared_workers() -> Workers:
 def finish(source, output, notify=lambda *_: None, **changes) -> list[str]:
     """Runs a job to its end and gives its warnings. changes : of the job, or of TINY's settings by their flat names."""
     job = {name: changes.pop(name) for name in ("frames", "until", "resume", "warnings") if name in changes}
+    ready = changes.pop("group_ready", lambda index: None)
     settings = Settings.from_flat({**TINY.to_flat(), **changes})
     warnings: list[str] = []
-    run(replace(JobSpec(str(source), str(output), settings=settings), **job), notify, warnings.append, shared_workers())
+    run(replace(JobSpec(str(source), str(output), settings=settings), **job), notify, warnings.append, shared_workers(), group_ready=ready)
     return warnings
 
 

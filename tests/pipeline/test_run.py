@@ -162,6 +162,23 @@ def test_progress_names_stages_in_order_and_shares_from_zero_to_one(output, two_
     assert {frame for name, frame, _ in seen if name == "tracking"} >= set(FRAMES)
 
 
+def test_each_group_can_be_played_while_the_others_are_deformed(output, two_balls, finished):
+    """In any order, and nothing comes out differently for it."""
+    seen, playable = [], {}
+
+    def ready(index):
+        group = report(output)["groups"][index]
+        playable[index] = (output / group["playback"]).is_file() and (output / group["reference"]).is_file()
+        seen.append(index)
+
+    finish(two_balls, output, lambda stage, *_: seen.append(stage), resume=False, group_size=2, group_ready=ready)
+    assert playable == {0: True, 1: True}
+    assert seen.index(0) < len(seen) - 1 - seen[::-1].index("deformation") and "evaluation" not in seen[: seen.index(1)]
+    once = results(output)
+    finish(two_balls, output, resume=False, group_size=2)
+    assert results(output) == once
+
+
 def test_the_report_is_plain_json(finished):
     text = (finished / "report.json").read_text(encoding="utf-8")
     assert json.dumps(json.loads(text), allow_nan=False)

@@ -30,13 +30,15 @@ def known_frames(owner: bpy.types.Object) -> dict[int, int]:
     return {int(frame.name): frame.scene_frame for frame in owner.refmesh.frames}
 
 
-def scene_updates(results: Results) -> Iterator[SceneUpdate]:
+def scene_updates(results: Results, kinds: set[str] | None = None) -> Iterator[SceneUpdate]:
     """Functions that show the results one after the other, each in some hundredths of a second.
 
+    kinds : of objects that the sequence had before the run, where some of its results are shown already.
     Each takes the sequence object, which the caller looks up anew every time, since an undo in between replaces it.
     """
-    groups, before, carried = results.report["groups"], set(), {}
-    yield lambda owner: before.update(present_kinds(owner))
+    groups, before, carried = results.report["groups"], set(kinds or ()), {}
+    if kinds is None:
+        yield lambda owner: before.update(present_kinds(owner))
     yield lambda owner: _set_side_step(owner, results)
     yield lambda owner: _show_centers(owner, results)
     yield lambda owner: resize_groups(owner, len(groups))

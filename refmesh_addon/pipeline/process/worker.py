@@ -54,6 +54,10 @@ class Reporter:
             self.stage, self._last_sent = stage, now
             self._send(Event("progress", stage=stage, frame=frame, share=self.forecast.share, left=self.forecast.left))
 
+    def group_ready(self, index: int) -> None:
+        """A group can be shown while the job goes on."""
+        self._send(Event("group", str(index), self.stage, share=self.forecast.share, left=self.forecast.left))
+
     def warn(self, message: str) -> None:
         """Something the user should know that does not stop the job."""
         self._send(Event("warning", message=message, stage=self.stage, share=self.forecast.share, left=self.forecast.left))
@@ -95,7 +99,7 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
             reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec))
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 
-            run(spec, reporter.progress, reporter.warn, sequence=sequence)
+            run(spec, reporter.progress, reporter.warn, sequence=sequence, group_ready=reporter.group_ready)
             reporter.forecast.end()
     except Cancelled:
         return Event("cancelled", stage=reporter.stage)

@@ -79,20 +79,32 @@ def cached_map(
     next run tries it again. Without it the first RefMeshError ends the map.
     Raises what `session.notify` raises, which is called several times a second.
     """
+    done = set(finished_units(session, function, units, kind, share, failed))
+    return CachedResults(session.cache, {name: unit for name, unit in units.items() if name in done}, kind)
+
+
+def finished_units(
+    session: Session,
+    function: Callable[..., Result],
+    units: Mapping[Name, WorkUnit],
+    kind: type[Result],
+    share: StageShare,
+    failed: Callable[[Name, RefMeshError], None] | None = None,
+) -> Iterator[Name]:
+    """Does what `cached_map` does, and yields the name of each unit as soon as its result is in the cache; arguments as there."""
     missing = [name for name, unit in units.items() if _missing(session, unit, kind, share)]
     share.skip(session.notify, 1 - len(missing) / max(len(units), 1))
+    yield from units.keys() - set(missing)
     progress = _Progress(session, share, len(units), len(units) - len(missing))
-    lost = set()
     tasks = (units[name].arguments() for name in missing)
     for index, outcome in session.workers.map(function if failed is None else partial(_attempted, function), tasks, progress.tell):
         name = missing[index]
         if failed is not None and isinstance(outcome, RefMeshError):
             failed(name, outcome)
-            lost.add(name)
         else:
             session.cache.save_result(units[name].entry, units[name].key, outcome)
+            yield name
         progress.advance(units[name].frame)
-    return CachedResults(session.cache, {name: unit for name, unit in units.items() if name not in lost}, kind)
 
 
 def _missing(session: Session, unit: WorkUnit, kind: type, share: StageShare) -> bool:

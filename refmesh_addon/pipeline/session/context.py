@@ -25,13 +25,15 @@ READING_SHARE = 0.1  # of the tracking stage, for reading and checking the frame
 class Context(Session):
     """One run of the stages: its input, where results go, and whom to tell.
 
-    warn : one line for a person, which the report keeps too.
+    warn : one line for a person, which the report keeps too.  group_ready : called with the index of each group once its frames can
+    be played, while others are still being deformed.
     """
 
     frames: Frames
     settings: Settings
     report: Report
     warn: Callable[[str], None]
+    group_ready: Callable[[int], None] = lambda index: None
 
     @classmethod
     def open(cls, spec: JobSpec, sequence: Sequence, notify: Notify, warn: Callable[[str], None], workers: Workers) -> Context:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from ...core.deformation.temporal_smoothing import smoothed_in_time
 from ...core.reference.group import ReferenceMesh
 from ...core.types import FrozenArrays, TriangleMesh
 from ..session.cache import digest
-from ..session.cached_map import WorkUnit, cached_map
+from ..session.cached_map import CachedResults, WorkUnit, cached_map, finished_units
 from ..session.context import Context
 from ..session.job import DEFORMATION
 from ..session.session import StageShare
@@ -27,6 +27,7 @@ SMOOTHING_SCHEMA = 1
 # Parts of the stage's time, roughly.
 DEFORMING = StageShare(DEFORMATION, 0.0, 0.95)
 SMOOTHING = StageShare(DEFORMATION, 0.95, 1.0)
+UNCOUNTED = StageShare(DEFORMATION, 0.0, 0.0)  # of smoothing that is done while other groups are deformed
 
 
 @dataclass(frozen=True)
@@ -62,15 +63,29 @@ class DeformedSequence:
         return self.references[group.index].mesh.moved(vertices)
 
 
-def deform(context: Context, tracking: TrackingResult, references: References) -> DeformedSequence:
-    """The reference meshes in all frames and hand-overs."""
+def deform(
+    context: Context,
+    tracking: TrackingResult,
+    references: References,
+    ready: Callable[[DeformedSequence, FrameGroup], None] | None = None,
+) -> DeformedSequence:
+    """The reference meshes in all frames and hand-overs.
+
+    ready : called for each group as soon as its frames are done, with a sequence of which that group can be asked for.
+    """
     settings = replace(context.settings.deformation, steady_frames=0)  # smoothing comes later, on all frames of a group
     groups = [replace(group, key=digest(DEFORMATION_SCHEMA, group.key, asdict(settings))) for group in references.groups]
     pairs = [(group, frame) for group in groups for frame in group.reached]
     units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
-    fitted = cached_map(context, deform_reference, units, DeformedFrame, DEFORMING)
+    fitted = CachedResults(context.cache, units, DeformedFrame)
     smooth_groups = tuple(replace(group, key=_smoothing_key(context, group)) for group in groups)
     smoothing = {group.index: _smoothing(context, references, fitted, group) for group in smooth_groups}
+    remaining = {group.index: set(group.reached) for group in smooth_groups}
+    for index, frame in finished_units(context, deform_reference, units, DeformedFrame, DEFORMING):
+        remaining[index].discard(frame)
+        if ready is not None and not remaining[index]:
+            own = cached_map(context, smooth_group, {index: smoothing[index]}, SmoothedGroup, UNCOUNTED)
+            ready(DeformedSequence(smooth_groups, references.meshes, own), smooth_groups[index])
     smoothed = cached_map(context, smooth_group, smoothing, SmoothedGroup, SMOOTHING)
     return DeformedSequence(smooth_groups, references.meshes, smoothed)
 

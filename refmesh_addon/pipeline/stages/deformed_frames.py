@@ -29,6 +29,14 @@ def write_playbacks(context: Context, deformed: DeformedSequence) -> None:
     context.remove_stale("playback/group_*.pc2", keep=[group.playback for group in context.report.groups if group.playback])
 
 
+def publish_group(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:
+    """Writes the point cache of one group and the report, so that the group can be shown while others are still being deformed."""
+    output_folder(context.output / "playback")
+    _write_playback(context, deformed, group)
+    context.report.write(context.output)
+    context.group_ready(group.index)
+
+
 def write_deformed(context: Context, deformed: DeformedSequence, measured: Mapping[int, MeasuredFrame] | None = None) -> None:
     """Each frame as PLY and in the report, with its distances and colored by its errors where it was measured.
 
