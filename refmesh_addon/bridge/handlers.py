@@ -1,4 +1,4 @@
-"""Handlers: a frame change shows the captured frame, opening a file looks for missing files.
+"""Handlers: a frame change shows the captured frame, a save makes paths relative, opening a file repairs those that are broken.
 
 The handlers call no operator: Blender may be rendering or exporting when they run.
 """
@@ -13,7 +13,10 @@ from bpy.app.handlers import persistent
 from ..core.errors import RefMeshError
 from .results.heat_map import show_errors
 from .results.missing import missing_files
+from .results.relocation import find_moved_files
 from .results.visibility import is_seen
+from .scene.paths import is_linked
+from .scene.saving import fit_to_open_scene, make_relative
 from .sequence.raw_sequence import forget_frames, show_frame
 
 logger = logging.getLogger(__name__)
@@ -24,7 +27,7 @@ _reported: set[str] = set()
 def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
     """Frame-change handler: every sequence of the scene shows its frame; a file that fails is reported once."""
     for member in scene.objects:
-        if member.refmesh.frames and member.library is None:
+        if member.refmesh.frames and not is_linked(member):
             try:
                 if is_seen(member):
                     show_frame(member, scene.frame_current)
@@ -37,22 +40,44 @@ def show_scene_frame(scene: bpy.types.Scene, depsgraph=None) -> None:
 
 
 @persistent
-def note_missing_files(*_) -> None:
-    """File-load handler: notes which files each sequence misses."""
+def repair_paths(*_) -> None:
+    """File-load handler: finds frames and results that were moved with the scene, and notes what is missing."""
     for member in bpy.data.objects:
-        if member.refmesh.frames and member.library is None:
+        if member.refmesh.frames and not is_linked(member):
+            find_moved_files(member)
             member.refmesh.missing = missing_files(member)
 
 
+@persistent
+def before_save(target: str = "", *_) -> None:
+    """Save handler: paths become relative to the file that is written."""
+    make_relative(target)
+
+
+@persistent
+def after_save(*_) -> None:
+    """Save handler: paths are relative to the file that is open, which a copy does not change."""
+    fit_to_open_scene()
+
+
+HANDLERS = (
+    ("frame_change_post", show_scene_frame),
+    ("load_post", repair_paths),
+    ("save_pre", before_save),
+    ("save_post", after_save),
+    ("save_post_fail", after_save),
+)
+
+
 def register():
-    """Adds both handlers."""
-    bpy.app.handlers.frame_change_post.append(show_scene_frame)
-    bpy.app.handlers.load_post.append(note_missing_files)
+    """Adds all handlers."""
+    for event, handler in HANDLERS:
+        getattr(bpy.app.handlers, event).append(handler)
 
 
 def unregister():
     """Removes them, frees the frames and forgets which errors were reported."""
-    bpy.app.handlers.frame_change_post.remove(show_scene_frame)
-    bpy.app.handlers.load_post.remove(note_missing_files)
+    for event, handler in HANDLERS:
+        getattr(bpy.app.handlers, event).remove(handler)
     forget_frames()
     _reported.clear()

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 
+from ..bridge.results.missing import linked_note
 from ..core.errors import RefMeshError
 from ..pipeline.process.packages import import_problem
 from ..properties.selection import sequence_object
@@ -57,10 +58,15 @@ class SceneOperator:
 class SequenceOperator(SceneOperator):
     """Works on the sequence that `sequence_object` finds."""
 
+    changes_sequence = True  # which the file that it is linked from has to do
+
     @classmethod
     def poll_failure(cls, context) -> str:
-        if sequence_object(context) is None:
+        owner = sequence_object(context)
+        if owner is None:
             return NO_SEQUENCE
+        if cls.changes_sequence and linked_note(owner):
+            return linked_note(owner)
         return super().poll_failure(context)
 
 

@@ -9,6 +9,7 @@ from ..bridge.formats import registry
 from ..bridge.formats.choice import choose
 from ..bridge.formats.export import Export
 from ..bridge.results.status import export_note
+from ..bridge.scene.paths import absolute_path
 from ..core.errors import RefMeshError
 from ..properties.selection import sequence_object
 from ..properties.wording import draw_wrapped
@@ -28,6 +29,7 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
 
     bl_idname = "refmesh.export"
     bl_label = "Export"
+    changes_sequence = False
 
     format: EnumProperty(
         name="Format",
@@ -93,7 +95,7 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
 
     def _export(self, owner, choice):
         known = registry.FORMATS[self.format]
-        results = absolute(owner.refmesh.output)
+        results = absolute_path(owner, owner.refmesh.output)
         folder = absolute(self.directory) if self.directory else results / "export"
         return registry.write(known, Export(owner, choice, results, folder, chosen_options(self.properties, known)))
 

@@ -102,6 +102,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
 
     @reporting
     def _finish(self, context):
+        from ..bridge.scene.paths import stored_path
         from ..bridge.sequence.raw_sequence import new_sequence, read_frame
         from ..io.discovery import find_sequence
 
@@ -109,7 +110,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
         first = next(iter(sorted((self._output / SOURCE_FOLDER).glob(f"{bpy.path.clean_name(target.name)}_*.ply"))))
         sequence = find_sequence(first)
         owner = new_sequence(context.scene, sequence, read_frame(sequence.frames[0].path, self._output), target.name)
-        owner.refmesh.source, owner.refmesh.output = str(first), str(self._output)
+        owner.refmesh.source, owner.refmesh.output = stored_path(first), stored_path(self._output)
         target.hide_set(self.hide)
         context.view_layer.objects.active = owner
         context.scene.frame_set(context.scene.frame_current)

@@ -92,6 +92,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     @reporting
     def execute(self, context):
         from ..bridge.scene import timeline as scene
+        from ..bridge.scene.paths import stored_path
         from ..bridge.sequence import raw_sequence
 
         sequence = find_sequence(self._source(), self.frames)
@@ -103,7 +104,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         owner = raw_sequence.new_sequence(context.scene, sequence, first, self.name or sequence.name, self.up_axis, unit)
         scene.widen_clipping(unit * max(np.ptp(first.vertices, axis=0)))
         state = owner.refmesh
-        state.source, state.frame_selection, state.output = str(self._source()), self.frames, str(output)
+        state.source, state.frame_selection, state.output = stored_path(self._source()), self.frames, stored_path(output)
         if self.set_timeline:
             scene.set_timeline(context.scene, state.frames[0].scene_frame, state.frames[-1].scene_frame, self.fps)
         context.view_layer.objects.active = owner

@@ -10,7 +10,16 @@ from ..core.findings import CENTER_ATTRIBUTES
 from ..core.options import title
 from ..core.settings import STAGES
 from .settings import RefMeshSettings
-from .updates import arrange_objects, go_to_finding, go_to_group, restyle_centers, switch_errors, switch_kinds, switch_surface_color
+from .updates import (
+    arrange_objects,
+    go_to_finding,
+    go_to_group,
+    relocate_frames,
+    restyle_centers,
+    switch_errors,
+    switch_kinds,
+    switch_surface_color,
+)
 
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
@@ -45,7 +54,11 @@ class RefMeshSequence(bpy.types.PropertyGroup):
 
     sequence: PointerProperty(type=bpy.types.Object, name="Sequence", description="The mesh-sequence object this object belongs to")
     source: StringProperty(
-        name="Source", description="Folder, file or pattern that the frames come from", subtype="FILE_PATH", options=RELATIVE
+        name="Source",
+        description="Folder, file or pattern that the frames come from; where they were moved, choose one of them here",
+        subtype="FILE_PATH",
+        options=RELATIVE,
+        update=relocate_frames,
     )
     frame_selection: StringProperty(name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes all")
     output: StringProperty(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 import bpy
 
 from ..core.errors import RefMeshError
@@ -51,14 +53,35 @@ def switch_surface_color(state, context):
     show_surface_color(state.id_data)
 
 
+def relocate_frames(state, context):
+    """Points the sequence at its frames in another place; a popup says why that cannot be done."""
+    from ..bridge.results.relocation import frames_are_in, relocate_frames
+    from ..bridge.scene.paths import absolute_path
+
+    owner = state.id_data
+    source = absolute_path(owner, state.source)
+    if state.source and len(state.frames) and not frames_are_in(owner, source):
+        with _errors_in_popup(context):
+            relocate_frames(owner, source)
+
+
 def switch_errors(state, context):
     """Shows errors as colors, or the plain color again; a popup says why errors cannot be shown."""
     from ..bridge.results.heat_map import switch_heat_map
 
-    try:
+    with _errors_in_popup(context) as failed:
         switch_heat_map(state.id_data)
-    except RefMeshError as error:
-        message = for_window(str(error))
+    if failed:
         state.heat_map = False
+
+
+@contextmanager
+def _errors_in_popup(context):
+    """Shows an error that is meant for the user; gives a list that holds its message afterward."""
+    messages = []
+    try:
+        yield messages
+    except RefMeshError as error:
+        messages.append(for_window(str(error)))
         if not bpy.app.background:
-            context.window_manager.popup_menu(lambda menu, _: menu.layout.label(text=message), title="RefMesh", icon="ERROR")
+            context.window_manager.popup_menu(lambda menu, _: menu.layout.label(text=messages[0]), title="RefMesh", icon="ERROR")

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..bridge.results.missing import linked_note
 from ..bridge.results.status import first_to_run
 from ..core.settings import PRESET_TITLES
 from ..properties.selection import sequence_object
@@ -22,6 +23,9 @@ class REFMESH_PT_run(RefMeshPanel, bpy.types.Panel):
             layout.label(text="No mesh sequence selected")
             layout.operator("refmesh.import_sequence", text="Import Sequence", icon="IMPORT")
             layout.operator("refmesh.import_object", icon="OUTLINER_OB_MESH")
+            return
+        if linked_note(owner):
+            draw_wrapped(layout, context, linked_note(owner), icon="LINKED")
             return
         if owner.refmesh.missing:
             draw_wrapped(layout, context, owner.refmesh.missing, icon="ERROR")

@@ -39,6 +39,7 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         row = layout.row(align=True)
         row.prop(state, "frame_selection")
         row.operator("refmesh.exclude_frame", text="", icon="X")
+        layout.prop(state, "source")
         layout.prop(state, "output")
         self._draw_check(context, state)
         layout.operator("refmesh.set_timeline", icon="TIME")

@@ -53,6 +53,7 @@ def test_moved_scene_goes_on_with_the_addon(blender, frames, results, tmp_path):
         shutil.move(folder, tmp_path / "archive" / folder.name)
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "archive" / "shot" / "scene.blend"))
     owner = next(item for item in bpy.data.objects if item.refmesh.frames)
+    owner.refmesh.show_source = True
     bpy.context.scene.frame_set(10)
     assert owner.refmesh.shown == "10"
     bpy.ops.refmesh.load_results()

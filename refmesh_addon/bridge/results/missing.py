@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ...io.report import REPORT_NAME
-from ..scene.paths import absolute_path
+from ..scene.paths import absolute_path, library_of
 from ..scene.playback import CACHE_NAME, cache_path
 
 
@@ -22,3 +22,14 @@ def missing_files(owner: bpy.types.Object) -> str:
     needed += [cache_path(member) for member in members if member is not None and CACHE_NAME in member.modifiers]
     missing = next((path for path in needed if not path.is_file()), None)
     return f"{missing} is missing: choose its folder as Output and press Load Results, or run the steps again" if missing else ""
+
+
+def linked_note(owner: bpy.types.Object) -> str:
+    """What a sequence that is linked from another .blend can do here; "" for one of this file."""
+    library = library_of(owner) or owner.data.library
+    if library is None:
+        return ""
+    return (
+        f"linked from {library.filepath}: the result plays here, the source shows frame {owner.refmesh.shown} only, since Blender lets "
+        "no add-on change linked meshes; open that file to change it or to play the source"
+    )

@@ -14,6 +14,11 @@ def library_of(owner: bpy.types.ID) -> bpy.types.Library | None:
     return owner.library or (override.reference.library if override else None)
 
 
+def is_linked(owner: bpy.types.Object) -> bool:
+    """Whether the object or its mesh belongs to another .blend: Blender ignores what is written to it."""
+    return owner.library is not None or owner.data.library is not None
+
+
 def absolute_path(owner: bpy.types.ID, path: str) -> Path:
     """The absolute form of a path that `owner` holds, where "//" is the folder of the .blend that the owner comes from."""
     return Path(os.path.abspath(bpy.path.abspath(path, library=library_of(owner))))

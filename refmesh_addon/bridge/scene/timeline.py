@@ -60,22 +60,17 @@ def empty_scene() -> None:
 
 
 def save_scene(path: Path) -> None:
-    """Saves the .blend; files that lie beside it are named relative to it, so that the folder can be moved.
+    """Saves the .blend. As with File > Save, paths are relative to it then, so that the folder can be moved.
 
     Raises RefMeshError, naming the file, when it cannot be written.
     """
     filepaths = bpy.context.preferences.filepaths
     versions, filepaths.save_version = filepaths.save_version, 0  # no scene.blend1 among the results
-    paths = _sequence_paths()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for item, name, value in paths:
-            setattr(item, name, _relative(value, path.parent))
         _check_room(path)
         bpy.ops.wm.save_as_mainfile(filepath=str(path), relative_remap=True, check_existing=False)
     except (OSError, RuntimeError) as error:
-        for item, name, value in paths:
-            setattr(item, name, value)
         raise RefMeshError(f"{path}: the scene cannot be saved ({str(error).strip()}); choose another place") from error
     finally:
         filepaths.save_version = versions
@@ -90,19 +85,3 @@ def _check_room(path: Path) -> None:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     finally:
         trial.unlink(missing_ok=True)
-
-
-def _sequence_paths() -> list[tuple]:
-    """(holder, name of the property, value) of each path that a sequence remembers, those of its textures among them."""
-    states = [candidate.refmesh for candidate in bpy.data.objects if candidate.refmesh.frames]
-    holders = [(state, name) for state in states for name in ("source", "output")]
-    holders += [(frame, "path") for state in states for frame in state.frames]
-    holders += [(image, "filepath") for image in bpy.data.images if TEXTURE_MARK in image]
-    return [(holder, name, getattr(holder, name)) for holder, name in holders if getattr(holder, name)]
-
-
-def _relative(path: str, folder: Path) -> str:
-    try:
-        return bpy.path.relpath(bpy.path.abspath(path), start=str(folder))
-    except ValueError:  # another drive on Windows
-        return path

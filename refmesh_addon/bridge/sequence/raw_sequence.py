@@ -16,7 +16,7 @@ from ...io.sequence import Sequence, timeline_frame
 from ..scene.materials import SOURCE_COLOR, plain_material
 from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, new_root
-from ..scene.paths import absolute_path, stored_path
+from ..scene.paths import absolute_path, is_linked, stored_path
 
 MEGABYTE = 2**20
 MEMORY_BUDGET = 512 * MEGABYTE  # until the preferences say otherwise; about 80 frames of 100k vertices
@@ -70,11 +70,11 @@ def frame_at(owner: bpy.types.Object, scene_frame: int) -> bpy.types.PropertyGro
 
 
 def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
-    """Fills the sequence object with the frame shown at `scene_frame`.
+    """Fills the sequence object with the frame shown at `scene_frame`. One that is linked from another file keeps its mesh.
 
     Raises RefMeshError when the file cannot be read; the mesh then stays as it was.
     """
     frame = frame_at(owner, scene_frame)
-    if frame.name != owner.refmesh.shown:
+    if frame.name != owner.refmesh.shown and not is_linked(owner):
         fill_mesh(owner.data, read_frame(absolute_path(owner, frame.path), absolute_path(owner, owner.refmesh.output)))
         owner.refmesh.shown = frame.name
