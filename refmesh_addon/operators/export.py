@@ -53,6 +53,12 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
         min=1,
         options={"SKIP_SAVE"},
     )
+    apply_modifiers: BoolProperty(
+        name="Apply Modifiers",
+        description="Export what modifiers above the cache make of the deformed meshes; Alembic, USD and full glTF",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
     only_check: BoolProperty(
         name="Only Check", description="Only check that this Blender can write the format", options={"HIDDEN", "SKIP_SAVE"}
     )
@@ -90,14 +96,15 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
             cell.enabled = not known.unavailable()
             cell.prop_enum(self, "format", known.name)
         options = argument_names(registry.FORMATS[self.format]).values()
-        for name in (*options, "scope", "first", "last", "step", "directory"):
+        for name in (*options, "scope", "first", "last", "step", "apply_modifiers", "directory"):
             layout.prop(self, name)
 
     def _export(self, owner, choice):
         known = registry.FORMATS[self.format]
         results = absolute_path(owner, owner.refmesh.output)
         folder = absolute(self.directory) if self.directory else results / "export"
-        return registry.write(known, Export(owner, choice, results, folder, chosen_options(self.properties, known)))
+        options = chosen_options(self.properties, known)
+        return registry.write(known, Export(owner, choice, results, folder, options, self.apply_modifiers))
 
     def _owners(self, context):
         if self.scope != "COLLECTION":

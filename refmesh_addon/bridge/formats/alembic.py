@@ -26,7 +26,7 @@ def load(path: Path) -> None:
 
 
 def write(export: Export) -> list[Path]:
-    """All groups in one file, each seen in its own frames only, with velocities; Alembic holds no pictures, which go beside it."""
+    """All groups in one file, each seen in its own frames only, with velocities and UV maps; pictures go beside the file."""
     target = export.target(EXTENSION)
     check_disk_space(export, target)
     textured = is_textured(export.owner)
@@ -37,7 +37,7 @@ def write(export: Export) -> list[Path]:
             start=export.choice.first,
             end=export.choice.last,
             normals=False,
-            uvs=textured,
+            uvs=True,
             as_background_job=False,
             check_existing=False,
         )

@@ -18,6 +18,7 @@ class Export:
     owner : the sequence object.  choice : its groups and scene frames.  results : output folder of the run, where reference
     meshes, point caches, deformed frames and report.json are.  folder : to write to; exists when `write` is called.
     options : instance of `Format.options`; None for a format without options.
+    apply_modifiers : whether modifiers that a person has put on the deformed meshes, above the cache, go out as well.
     """
 
     owner: bpy.types.Object
@@ -25,6 +26,7 @@ class Export:
     results: Path
     folder: Path
     options: Any = None
+    apply_modifiers: bool = True
 
     @property
     def name(self) -> str:

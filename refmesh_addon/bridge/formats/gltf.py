@@ -14,7 +14,8 @@ from ..scene.timeline import timeline
 from .export import Export
 from .files import replacing
 from .frame_groups import diagonal, frame_groups, frame_rate
-from .pictures import is_textured, show_steady
+from .layers import groups_to_attributes, has_materials, supported
+from .pictures import show_steady
 from .stand_ins import morphing_stand_ins
 
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # Blender's axes to those of glTF
@@ -66,12 +67,15 @@ def _write_small(export: Export) -> list[Path]:
 
 
 def _write_full(export: Export) -> list[Path]:
-    """All groups in one file, with a morph target for each frame and one animation that plays them; steady textures are embedded."""
+    """All groups in one file, with a morph target for each frame and one animation that plays them.
+
+    UV maps, materials with their images, colors and vertex groups go along, the last as attributes "_NAME".
+    """
     choice, target = export.choice, export.target(GLB.extensions[0])
     span = timeline(bpy.context.scene, choice.first, choice.last)
-    textured = is_textured(export.owner)
-    with morphing_stand_ins(export.owner, choice) as copies, span, replacing(target) as partial:
+    with morphing_stand_ins(export) as copies, span, replacing(target) as partial:
         show_steady(export.owner, copies)
+        has_groups = groups_to_attributes(copies.values(), prefix="_")  # glTF's mark of attributes of one's own
         bpy.ops.export_scene.gltf(
             filepath=str(partial),
             export_format="GLB",
@@ -80,7 +84,9 @@ def _write_full(export: Export) -> list[Path]:
             export_anim_scene_split_object=False,
             export_frame_range=True,
             export_frame_step=choice.step,
-            export_materials="EXPORT" if textured else "NONE",
+            export_materials="EXPORT" if has_materials(copies.values()) else "NONE",
+            export_attributes=has_groups,
+            **supported(bpy.ops.export_scene.gltf, export_vertex_color="ACTIVE", export_all_vertex_colors=True),
             check_existing=False,
         )
     return [target]

@@ -8,8 +8,8 @@ import bpy
 
 from ...io.files import output_folder
 from ...io.report import read_report
-from ..results.textures import steady_name
-from ..scene.materials import set_material
+from ..results.groups import deformed_material
+from ..results.textures import captured_name, steady_name
 from ..scene.meshes import UV_NAME
 from .export import Export
 from .files import copy_result
@@ -22,11 +22,15 @@ def is_textured(owner: bpy.types.Object) -> bool:
 
 
 def show_steady(owner: bpy.types.Object, copies: dict[int, bpy.types.Object]) -> None:
-    """Gives copies of the deformed meshes, by group, the steady texture of their group, which every program can show."""
+    """Gives copies of the deformed meshes, by group, the steady texture of their group, which every program can show.
+
+    Materials of a person stay.
+    """
     for index, copy in copies.items():
         material = bpy.data.materials.get(steady_name(owner, index))
-        if material is not None:
-            set_material(copy.data, material)
+        for slot in copy.material_slots if material is not None else ():
+            if slot.material is not None and slot.material.name in (captured_name(owner), deformed_material().name):
+                slot.material = material
 
 
 def copy_pictures(export: Export) -> list[Path]:

@@ -10,24 +10,31 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import bpy
+import numpy as np
 
+from ...core.errors import RefMeshError
 from ...io.pc2 import read_pc2
 from ..results.groups import spans
-from ..scene.animation import key_between
+from ..results.heat_map import ATTRIBUTE as ERROR_LAYER
+from ..scene.animation import keep_only_modifiers, key_between
+from ..scene.geometry_update import OWN_LAYERS
+from ..scene.meshes import read_positions, set_positions
 from ..scene.objects import remove_object
-from ..scene.playback import cache_path
-from .choice import Choice
+from ..scene.overrides import remove_override
+from ..scene.playback import CACHE_NAME, cache_path
+from .export import Export
 
 SHOWN, GONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
 
 @contextmanager
-def cached_stand_ins(owner: bpy.types.Object, choice: Choice) -> Iterator[dict[int, bpy.types.Object]]:
+def cached_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
     """Stand-ins that move by the Mesh Cache modifier, one for each chosen group, selected alone; for Alembic and USD."""
+    owner = export.owner
     scene, layer = bpy.context.scene, bpy.context.view_layer
     selected, active = list(bpy.context.selected_objects), layer.objects.active
     root = bpy.data.objects.new(f"{owner.refmesh.root.name}_root", None)
-    copies = {index: _copy_of(owner, index, root) for index in choice.groups}
+    copies = {index: _copy_of(export, index, root) for index in export.choice.groups}
     try:
         root.matrix_world = owner.refmesh.root.matrix_world
         for member in selected:
@@ -45,37 +52,83 @@ def cached_stand_ins(owner: bpy.types.Object, choice: Choice) -> Iterator[dict[i
 
 
 @contextmanager
-def morphing_stand_ins(owner: bpy.types.Object, choice: Choice) -> Iterator[dict[int, bpy.types.Object]]:
+def morphing_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
     """Stand-ins that move by one shape key for each chosen scene frame, one for each group, selected alone; for glTF."""
-    with cached_stand_ins(owner, choice) as copies:
+    with cached_stand_ins(export) as copies:
         for index, copy in copies.items():
-            _cache_to_shape_keys(copy, owner.refmesh.groups[index].start, choice.groups[index])
+            frames = export.choice.groups[index]
+            if len(copy.modifiers) > 1:
+                _samples_to_shape_keys(copy, evaluated_samples(copy, frames), frames)
+            else:
+                _cache_to_shape_keys(copy, export.owner.refmesh.groups[index].start, frames)
         yield copies
 
 
-def _copy_of(owner: bpy.types.Object, index: int, root: bpy.types.Object) -> bpy.types.Object:
+def _copy_of(export: Export, index: int, root: bpy.types.Object) -> bpy.types.Object:
     """At the place of the source, not beside it: files go out in the input's own coordinates."""
+    owner = export.owner
     copy = owner.refmesh.groups[index].deformed.copy()
     copy.data = copy.data.copy()
     copy.name = copy.data.name = f"{owner.refmesh.root.name}_group_{index:03d}"
-    copy.animation_data_clear()  # the original keeps its action
+    keep_only_modifiers(copy)
     copy.parent, copy.location = root, (0.0, 0.0, 0.0)
     copy.hide_viewport = copy.hide_render = False
+    _leave_out_own(copy, export.apply_modifiers)
     key_between(copy, "scale", spans(owner)[index], inside=SHOWN, outside=GONE)
     return copy
 
 
-def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int, frames: tuple[int, ...]) -> None:
-    """The first chosen frame is the basis that the others are added to; each is full from its own frame on to the next one.
+def _leave_out_own(copy: bpy.types.Object, apply_modifiers: bool) -> None:
+    """Takes off what only serves the view or an update, shape keys, which the cache overrides, and modifiers that are not asked for."""
+    remove_override(copy)
+    if copy.data.shape_keys is not None:
+        copy.shape_key_clear()
+    for name in (*OWN_LAYERS, ERROR_LAYER):
+        if name in copy.data.attributes:
+            copy.data.attributes.remove(copy.data.attributes[name])
+    for modifier in [] if apply_modifiers else list(copy.modifiers):
+        if modifier.name != CACHE_NAME:
+            copy.modifiers.remove(modifier)
 
-    Frames beyond the samples of the cache hold the last one and need no key.
-    """
+
+def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int, frames: tuple[int, ...]) -> None:
+    """Frames beyond the samples of the cache hold the last one and need no key."""
     samples = dict(enumerate(read_pc2(cache_path(copy)), first_scene_frame))
     frames = tuple(frame for frame in frames if frame in samples) or (max(samples),)
-    copy.data.attributes["position"].data.foreach_set("vector", samples[frames[0]].ravel())  # what is written where there is one frame
+    _samples_to_shape_keys(copy, samples, frames)
+
+
+def _samples_to_shape_keys(copy: bpy.types.Object, samples: dict[int, np.ndarray], frames: tuple[int, ...]) -> None:
+    """The first chosen frame is the basis that the others are added to; each is full from its own frame on to the next one."""
+    set_positions(copy.data, samples[frames[0]])  # what is written where there is one frame
     for frame, after in zip(frames, (*frames[1:], None), strict=True):
         key = copy.shape_key_add(name=str(frame), from_mix=False)
         key.data.foreach_set("co", samples[frame].ravel())
         if frame != frames[0]:
             key_between(key, "value", (frame, after), inside=1.0, outside=0.0)
     copy.modifiers.clear()
+
+
+def evaluated_samples(copy: bpy.types.Object, frames: tuple[int, ...]) -> dict[int, np.ndarray]:
+    """(V, 3) positions with all modifiers in each scene frame; the mesh of the copy becomes that of the first one.
+
+    Raises RefMeshError when the modifiers change the number of vertices from frame to frame, which morph targets cannot hold.
+    """
+    scene, before, samples = bpy.context.scene, bpy.context.scene.frame_current, {}
+    try:
+        for frame in frames:
+            scene.frame_set(frame)
+            graph = bpy.context.evaluated_depsgraph_get()
+            evaluated = copy.evaluated_get(graph)
+            samples[frame] = read_positions(evaluated.data)
+            if frame == frames[0]:
+                first = bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True, depsgraph=graph)
+    finally:
+        scene.frame_set(before)
+    if len({len(sample) for sample in samples.values()}) > 1:
+        raise RefMeshError(f"{copy.name}: its modifiers change the number of vertices between frames; export without Apply Modifiers")
+    replaced, name = copy.data, copy.data.name
+    copy.data = first
+    bpy.data.meshes.remove(replaced)
+    first.name = name
+    return samples

@@ -9,6 +9,7 @@ import bpy
 from ...io.formats import Format
 from .export import Export
 from .files import check_disk_space, replacing
+from .layers import groups_to_attributes, has_materials, supported
 from .pictures import copy_pictures, is_textured, show_steady
 from .velocities import moving_stand_ins
 
@@ -26,21 +27,27 @@ def load(path: Path) -> None:
 
 
 def write(export: Export) -> list[Path]:
-    """All groups in one file, each seen in its own frames only, with velocities; textures go into folders beside it."""
+    """All groups in one file, each seen in its own frames only, with velocities, UV maps, materials, colors and vertex groups.
+
+    Vertex groups are attributes of the points, "group_NAME" (primvars). Textures go into folders beside the file.
+    """
     target = export.target(EXTENSIONS[0])
     check_disk_space(export, target)
     textured = is_textured(export.owner)
     with moving_stand_ins(export) as copies, replacing(target) as partial:
         show_steady(export.owner, copies)
+        with_materials = has_materials(copies.values())
+        groups_to_attributes(copies.values(), prefix="group_")
         bpy.ops.wm.usd_export(
             filepath=str(partial),
             selected_objects_only=True,
             export_animation=True,
             export_normals=False,
-            export_uvmaps=textured,
-            export_materials=textured,
+            export_uvmaps=True,
+            export_materials=with_materials,
             relative_paths=True,
-            **(_copied_textures() if textured else {}),
+            **(_copied_textures() if with_materials else {}),
+            **supported(bpy.ops.wm.usd_export, export_mesh_colors=True, rename_uvmaps=False),
             convert_world_material=False,
             check_existing=False,
         )

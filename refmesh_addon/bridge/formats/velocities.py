@@ -29,7 +29,7 @@ def moving_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
     """Stand-ins that carry velocities, in a timeline of the chosen frames. Raises RefMeshError when frames carry no velocities."""
     choice = export.choice
     with (
-        cached_stand_ins(export.owner, choice) as copies,
+        cached_stand_ins(export) as copies,
         timeline(bpy.context.scene, choice.first, choice.last),
         _moving(export, copies),
     ):

@@ -31,6 +31,21 @@ def key_between(target: bpy.types.Object | bpy.types.ShapeKey, attribute: str, s
         target.keyframe_insert(attribute, frame=scene_frame)
 
 
+def keep_only_modifiers(target: bpy.types.Object) -> None:
+    """Gives a copy of an object an action of its own, with the keyframes of modifiers alone."""
+    data = target.animation_data
+    if data is None or data.action is None:
+        return
+    slot = getattr(data, "action_slot", None)
+    identifier = slot.identifier if slot else ""
+    data.action = data.action.copy()
+    if identifier:
+        data.action_slot = data.action.slots[identifier]
+    for holder in _holders(target):
+        for curve in [curve for curve in holder if not curve.data_path.startswith("modifiers")]:
+            holder.remove(curve)
+
+
 def _keys(span: Span, inside: object, outside: object) -> list[tuple[int, object]]:
     first, end = span
     keys = [(first - 1, outside), (first, inside)] if first is not None else []

@@ -62,12 +62,6 @@ def image_material(name: str, image: bpy.types.Image, first: int = 0, count: int
     return material
 
 
-def set_material(target: bpy.types.Mesh, material: bpy.types.Material) -> None:
-    """Makes it the only material of a mesh."""
-    target.materials.clear()
-    target.materials.append(material)
-
-
 def enable_nodes(owner: bpy.types.Material | bpy.types.World) -> None:
     """Gives it a node tree; from Blender 5.0 it always has one."""
     if bpy.app.version < (5, 0):

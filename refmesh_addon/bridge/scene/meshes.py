@@ -8,7 +8,7 @@ import numpy as np
 from ...core.types import TriangleMesh
 from ...io.preview import PreviewMesh
 
-UV_NAME = "UVMap"  # as Blender calls the first one
+UV_NAME = "RefMesh Layout"  # not "UVMap", which is what Blender calls the first one of a person
 COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colors; Cycles does not find one called "color"
 
 
@@ -69,10 +69,15 @@ def read_positions(source: bpy.types.Mesh) -> np.ndarray:
 
 
 def set_uvs(target: bpy.types.Mesh, corners: np.ndarray) -> None:
-    """Gives a mesh one UV map: (T, 3, 2) places of the corners of its triangles, v up."""
-    layer = target.uv_layers.get(UV_NAME) or target.uv_layers.new(name=UV_NAME)
-    layer.uv.foreach_set("vector", np.ascontiguousarray(corners, dtype=np.float32).ravel())
-    target.uv_layers.active = layer
+    """Gives a mesh the UV map of RefMesh beside those of a person: (T, 3, 2) places of the corners of its triangles, v up."""
+    layer, wanted = target.uv_layers.get(UV_NAME), np.ascontiguousarray(corners, dtype=np.float32).ravel()
+    if layer is None:
+        layer = target.uv_layers.new(name=UV_NAME)
+        target.uv_layers.active = layer
+    present = np.empty(2 * len(target.loops), dtype=np.float32)
+    layer.uv.foreach_get("vector", present)
+    if not np.array_equal(present, wanted):
+        layer.uv.foreach_set("vector", wanted)
 
 
 def set_colors(target: bpy.types.Mesh, colors: np.ndarray, name: str = COLOR_NAME) -> None:
