@@ -62,7 +62,7 @@ ACTIONS = {
     "load_results": lambda ops, owner: ops.load_results(),
     "errors": show_and_hide_errors,
     "switches": switch_everything,
-    "run_all": lambda ops, owner: ops.run_all(),
+    "evaluate": lambda ops, owner: ops.evaluate(),
     "exclude_frame": lambda ops, owner: ops.exclude_frame(),
     "edit_groups": lambda ops, owner: ops.edit_groups(change="SPLIT"),
     "bodies": mark,
@@ -214,13 +214,13 @@ def test_nothing_runs_while_all_is_up_to_date(blender, dressed, results, frames,
         raise RefMeshError("a worker was started")
 
     monkeypatch.setattr(client, "WorkerProcess", start)
-    for operator in ("run_all", "track", "extract_reference", "deform", "evaluate"):
+    for operator in ("track", "extract_reference", "deform", "evaluate"):
         assert getattr(blender.ops.refmesh, operator)() == {"FINISHED"} and not started
     for change in (
-        lambda: blender.ops.refmesh.run_all(centers=123),
-        lambda: blender.ops.refmesh.run_all(resume=False),
-        lambda: blender.ops.refmesh.run_all(frames="6-8"),
-        lambda: [(frames / "ball_0007.obj").touch(), blender.ops.refmesh.run_all()],
+        lambda: blender.ops.refmesh.evaluate(centers=123),
+        lambda: blender.ops.refmesh.evaluate(resume=False),
+        lambda: blender.ops.refmesh.evaluate(frames="6-8"),
+        lambda: [(frames / "ball_0007.obj").touch(), blender.ops.refmesh.evaluate()],
     ):
         with pytest.raises(RuntimeError, match="a worker was started"):
             change()

@@ -66,7 +66,7 @@ def test_saved_by_blender_itself_and_moved_it_plays_and_runs(blender, project, t
     owner = owner_of_scene()
     check_plays(owner)
     bpy.context.view_layer.objects.active = owner
-    assert blender.ops.refmesh.run_all() == {"FINISHED"}  # finds everything up to date
+    assert blender.ops.refmesh.evaluate() == {"FINISHED"}  # finds everything up to date
     assert blender.ops.refmesh.check_sequence(quiet=True) == {"FINISHED"}
 
 
@@ -146,7 +146,7 @@ def test_frames_elsewhere_are_said_and_pointed_at_again(blender, project, tmp_pa
     else:
         blender.ops.refmesh.relocate_frames(filepath=str(tmp_path / "archive" / "take 3" / "ball_0008.obj"))
     check_plays(owner)
-    assert blender.ops.refmesh.run_all() == {"FINISHED"}
+    assert blender.ops.refmesh.evaluate() == {"FINISHED"}
 
 
 def test_a_place_without_all_frames_is_refused_and_changes_nothing(blender, project, tmp_path):
