@@ -9,7 +9,7 @@ import numpy as np
 from ..evaluation.sampled_surface import SampledSurface
 from ..evaluation.visibility import unseen
 from ..geometry.closest_point import SurfaceIndex
-from ..geometry.mesh import triangle_normals, vertex_normals
+from ..geometry.mesh import triangle_normals, triangles_at, vertex_normals
 from ..geometry.vectors import row_dot
 from ..types import FrozenArrays, TriangleMesh
 from .appearance import Appearance
@@ -75,9 +75,14 @@ def oriented(appearance: Appearance, source: TriangleMesh) -> Appearance:
 
 
 def hidden_vertices(deformed: TriangleMesh, source: TriangleMesh) -> np.ndarray:
-    """(R,) bool, vertices that lie in a contact or over a hole of the source, where no camera has seen anything."""
+    """(R,) bool, vertices that lie in a contact or over a hole of the source, where no camera has seen anything, and their neighbors.
+
+    Around a contact the closest place is on either body, so the color there is not to be trusted.
+    """
     index, surface = SurfaceIndex(source), SurfaceIndex(deformed)
     some = np.zeros(len(deformed.vertices), np.int64)
     some[deformed.triangles.ravel()] = np.repeat(np.arange(len(deformed.triangles)), 3)
     samples = SampledSurface(deformed.vertices, some, triangle_normals(deformed)[some])
-    return unseen(surface, index, samples, index.query(deformed.vertices))
+    result = unseen(surface, index, samples, index.query(deformed.vertices))
+    result[deformed.triangles[triangles_at(deformed, result)]] = True
+    return result

@@ -31,7 +31,7 @@ from .deformation import DeformedSequence
 from .groups import FrameGroup
 
 LAYOUT_SCHEMA = 1
-BAKE_SCHEMA = 1
+BAKE_SCHEMA = 2
 STEADY_SCHEMA = 1
 FILES_SCHEMA = 1
 MOST_STEADY_FRAMES = 9  # frames of a group whose median makes the steady texture, evenly spread: all are in memory at once
