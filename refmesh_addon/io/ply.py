@@ -80,6 +80,22 @@ def read_surface(path: str | Path) -> TriangleMesh:
     return TriangleMesh(np.stack([rows[axis] for axis in POSITION.names], axis=1), indices)
 
 
+def replace_positions(path: str | Path, positions: np.ndarray) -> None:
+    """Moves the vertices in a file that `write_ply` wrote to (V, 3) positions; all else in it stays.
+
+    Raises RefMeshError when the file has another number of vertices or cannot be written.
+    """
+    rows, faces = _read(path, "run the steps again")
+    if len(rows) != len(positions) or not set(POSITION.names) <= set(rows.dtype.names or ()):
+        raise RefMeshError(f"{path}: does not hold {len(positions)} vertices; run the Deform step again")
+    moved = rows.copy()
+    for axis, values in zip(POSITION.names, positions.T):
+        moved[axis] = values
+    header = Path(path).read_bytes().partition(END)[0]
+    with atomic_file(path) as file:
+        file.write(header + END + moved.tobytes() + faces)
+
+
 def _header(stored: list[_Columns], vertices: int, faces: int) -> bytes:
     lines = ["ply", FORMAT, f"element vertex {vertices}"]
     lines += [f"property {columns.ply_type} {name}" for columns in stored for name in columns.names]

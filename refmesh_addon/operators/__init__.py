@@ -5,6 +5,7 @@ import bpy
 from . import (
     bodies,
     check,
+    corrections,
     edit,
     export,
     help,
@@ -29,6 +30,7 @@ MODULES = (
     object_sequence,
     check,
     edit,
+    corrections,
     bodies,
     modal,
     settings,

@@ -21,3 +21,15 @@ def _owner_of(member) -> bpy.types.Object | None:
     if member.instance_collection is not None:
         return next((candidate for candidate in member.instance_collection.all_objects if candidate.refmesh.frames), None)
     return member if member.refmesh.frames else member.refmesh.sequence
+
+
+def edited_group(context) -> int | None:
+    """Number of the group whose deformed or reference mesh is active, else of the one that the current frame shows; None without groups."""
+    owner = sequence_object(context)
+    groups = owner.refmesh.groups if owner is not None else ()
+    active = context.active_object
+    for index, group in enumerate(groups):
+        if active is not None and active in (group.deformed, group.reference):
+            return index
+    started = [index for index, group in enumerate(groups) if group.start <= context.scene.frame_current]
+    return started[-1] if started else (0 if len(groups) else None)

@@ -15,6 +15,7 @@ from .updates import (
     go_to_finding,
     go_to_group,
     relocate_frames,
+    replay_corrections,
     restyle_centers,
     switch_errors,
     switch_kinds,
@@ -41,12 +42,29 @@ class RefMeshFinding(bpy.types.PropertyGroup):
     message: StringProperty(name="Finding", description="What may be wrong with the frame")
 
 
+class RefMeshCorrection(bpy.types.PropertyGroup):
+    """A correction of the deformed mesh of a group; `name` is shown in the list."""
+
+    layer: StringProperty(name="Offsets", description="Attribute of the deformed mesh that holds the offsets", options={"HIDDEN"})
+    mute: BoolProperty(name="Mute", description="Show the deformed mesh without this correction", update=replay_corrections)
+    first: IntProperty(name="First", description="Scene frame from which it holds in full", update=replay_corrections)
+    last: IntProperty(name="Last", description="Scene frame up to which it holds in full", update=replay_corrections)
+    fade: IntProperty(name="Fade", description="Frames over which it comes in before and goes out after", min=0, update=replay_corrections)
+
+
 class RefMeshGroup(bpy.types.PropertyGroup):
     """The two objects of one group of frames."""
 
     start: IntProperty(name="Start", description="Scene frame from which this group is shown")
     reference: PointerProperty(type=bpy.types.Object, name="Reference Mesh", description="Reference mesh of this group")
     deformed: PointerProperty(type=bpy.types.Object, name="Deformed Mesh", description="Reference mesh as it moves through this group")
+    cache: StringProperty(
+        name="Cache", description="Point cache of the results, without corrections", subtype="FILE_PATH", options={"HIDDEN", *RELATIVE}
+    )
+    corrections: CollectionProperty(type=RefMeshCorrection)
+    active_correction: IntProperty(name="Correction", description="The one whose frames are shown below the list")
+    is_edited: BoolProperty(name="Edited", description="Whether the deformed mesh holds still, to be edited", options={"HIDDEN"})
+    edited_frame: IntProperty(name="Edited Frame", description="Scene frame whose shape is edited", options={"HIDDEN"})
 
 
 class RefMeshSequence(bpy.types.PropertyGroup):
@@ -143,4 +161,4 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (RefMeshFrame, RefMeshFinding, RefMeshGroup, RefMeshSequence)
+CLASSES = (RefMeshFrame, RefMeshFinding, RefMeshCorrection, RefMeshGroup, RefMeshSequence)

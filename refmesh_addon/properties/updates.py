@@ -65,6 +65,17 @@ def relocate_frames(state, context):
             relocate_frames(owner, source)
 
 
+def replay_corrections(correction, context):
+    """Plays the group of a correction anew; a popup says why that cannot be done."""
+    from ..bridge.results.corrections import replay
+
+    owner = correction.id_data
+    for index, group in enumerate(owner.refmesh.groups):
+        if any(item == correction for item in group.corrections):
+            with _errors_in_popup(context):
+                replay(owner, index)
+
+
 def switch_errors(state, context):
     """Shows errors as colors, or the plain color again; a popup says why errors cannot be shown."""
     from ..bridge.results.heat_map import switch_heat_map

@@ -4,15 +4,18 @@ import bpy
 
 from .bodies_panel import REFMESH_PT_bodies
 from .centers_panel import REFMESH_PT_centers
+from .corrections_panel import REFMESH_PT_corrections, REFMESH_UL_corrections
 from .export_panel import REFMESH_MT_export, REFMESH_PT_export
 from .groups_panel import REFMESH_PT_groups, REFMESH_UL_groups
 from .run_panel import REFMESH_PT_run
 from .sequence_panel import REFMESH_PT_sequence, REFMESH_UL_findings
 from .step_panels import REFMESH_PT_color, REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track
 from .step_settings import REFMESH_PT_deform_advanced, REFMESH_PT_reference_advanced, REFMESH_PT_track_advanced
+from .view_panel import REFMESH_PT_view
 
 CLASSES = (
     REFMESH_PT_run,
+    REFMESH_PT_view,
     REFMESH_UL_findings,
     REFMESH_PT_sequence,
     REFMESH_PT_track,
@@ -25,6 +28,8 @@ CLASSES = (
     REFMESH_PT_bodies,
     REFMESH_PT_deform,
     REFMESH_PT_deform_advanced,
+    REFMESH_UL_corrections,
+    REFMESH_PT_corrections,
     REFMESH_PT_color,
     REFMESH_MT_export,
     REFMESH_PT_export,

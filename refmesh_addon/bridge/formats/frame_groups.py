@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ...core.types import TriangleMesh
 from ...io.ply import read_surface
 from ...io.report import read_report
+from ..results.corrections import corrected_positions
 from .export import Export
 from .files import check_result
 
@@ -38,7 +40,7 @@ def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
 
     numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
     paths = {frame["number"]: export.results / frame["deformed"] for frame in read_report(export.results)["frames"]}
-    for frames in export.choice.groups.values():
+    for index, frames in export.choice.groups.items():
         chosen = [frame for frame in frames if frame in numbers]
         if not chosen:
             continue
@@ -46,4 +48,12 @@ def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
             check_result(paths[numbers[frame]])
         meshes = [read_surface(paths[numbers[frame]]) for frame in chosen]
         names = chosen if by_scene_frame else [numbers[frame] for frame in chosen]
-        yield FrameGroup(tuple(names), np.stack([mesh.vertices for mesh in meshes]), meshes[0].triangles)
+        yield FrameGroup(
+            tuple(names), np.stack([shown_vertices(export, index, frame, mesh) for frame, mesh in zip(chosen, meshes)]), meshes[0].triangles
+        )
+
+
+def shown_vertices(export: Export, index: int, scene_frame: int, mesh: TriangleMesh) -> np.ndarray:
+    """(R, 3) vertices of a deformed frame, with the corrections of its group."""
+    corrected = corrected_positions(export.owner, index, scene_frame)
+    return mesh.vertices if corrected is None else corrected.astype(np.float64)

@@ -7,6 +7,8 @@ from pathlib import Path
 from ...io.formats import Format
 from ...io.pc2 import pc2_shape, read_pc2, write_pc2
 from ...io.report import read_report
+from ..results.corrections import active_corrections
+from ..scene.playback import cache_path
 from .export import Export
 from .files import check_result, copy_result
 
@@ -18,9 +20,15 @@ def write(export: Export) -> list[Path]:
     for index, frames in export.choice.groups.items():
         group, stem = report["groups"][index], f"{export.name}_group_{index:03d}"
         samples = [frame - export.owner.refmesh.groups[index].start for frame in frames]
-        written.append(_copy_samples(export.results / group["playback"], export.folder / f"{stem}.pc2", samples))
+        written.append(_copy_samples(_cache(export, index, group), export.folder / f"{stem}.pc2", samples))
         written.append(copy_result(export.results / group["reference"], export.folder / f"{stem}.ply"))
     return written
+
+
+def _cache(export: Export, index: int, entry: dict) -> Path:
+    """What the group plays: the point cache of the results, or the one with corrections."""
+    group = export.owner.refmesh.groups[index]
+    return cache_path(group.deformed) if active_corrections(group) else export.results / entry["playback"]
 
 
 def _copy_samples(cache: Path, target: Path, samples: list[int]) -> Path:

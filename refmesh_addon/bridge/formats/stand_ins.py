@@ -14,6 +14,7 @@ import numpy as np
 
 from ...core.errors import RefMeshError
 from ...io.pc2 import read_pc2
+from ..results.corrections import LAYER as CORRECTION
 from ..results.groups import spans
 from ..results.heat_map import ATTRIBUTE as ERROR_LAYER
 from ..scene.animation import keep_only_modifiers, key_between
@@ -83,9 +84,9 @@ def _leave_out_own(copy: bpy.types.Object, apply_modifiers: bool) -> None:
     remove_override(copy)
     if copy.data.shape_keys is not None:
         copy.shape_key_clear()
-    for name in (*OWN_LAYERS, ERROR_LAYER):
-        if name in copy.data.attributes:
-            copy.data.attributes.remove(copy.data.attributes[name])
+    own = [layer.name for layer in copy.data.attributes if layer.name in (*OWN_LAYERS, ERROR_LAYER) or layer.name.startswith(CORRECTION)]
+    for name in own:
+        copy.data.attributes.remove(copy.data.attributes[name])
     for modifier in [] if apply_modifiers else list(copy.modifiers):
         if modifier.name != CACHE_NAME:
             copy.modifiers.remove(modifier)

@@ -11,7 +11,8 @@ from ...io.preview import PreviewMesh
 from ..scene.geometry_update import Shape, update_geometry
 from ..scene.materials import DEFORMED_COLOR, REFERENCE_COLOR, plain_material
 from ..scene.objects import new_member, remove_object
-from ..scene.playback import play_cache, show_only_between
+from ..scene.playback import show_only_between
+from .corrections import play_results
 
 COLUMNS = {"source": 0, "centers": 1, "reference": 2, "result": 3}  # of the row side by side
 
@@ -45,7 +46,7 @@ def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache:
     if group.deformed is None:
         group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material(), "result")
     carried = update_geometry(group.deformed, Shape(mesh, next(read_pc2(cache))))
-    play_cache(group.deformed, cache, group.start)
+    play_results(owner, index, cache)
     return carried
 
 

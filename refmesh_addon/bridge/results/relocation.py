@@ -30,6 +30,10 @@ def find_moved_files(owner: bpy.types.Object) -> None:
     report = None if (output / REPORT_NAME).is_file() else moved_file(output / REPORT_NAME, folder, least=2)
     if report:
         state.output = stored_path(report.parent)
+    for group in state.groups:
+        cache = absolute_path(owner, group.cache) if group.cache else None
+        moved = moved_file(cache, folder, least=2) if cache and not cache.is_file() else None
+        group.cache = stored_path(moved) if moved else group.cache
     for member in (state.centers, *(group.deformed for group in state.groups)):
         if member is not None and CACHE_NAME in member.modifiers and not cache_path(member).is_file():
             cache = moved_file(cache_path(member), folder, least=2)

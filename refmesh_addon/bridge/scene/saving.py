@@ -42,6 +42,7 @@ def _sequence_paths() -> list[tuple[bpy.types.bpy_struct, str, str]]:
     states = [candidate.refmesh for candidate in bpy.data.objects if candidate.refmesh.frames and library_of(candidate) is None]
     holders = [(state, name) for state in states for name in ("source", "output")]
     holders += [(frame, "path") for state in states for frame in state.frames]
+    holders += [(group, "cache") for state in states for group in state.groups]
     paths = [(holder, name, getattr(holder, name)) for holder, name in holders]
     return [(holder, name, os.path.normpath(bpy.path.abspath(path))) for holder, name, path in paths if path]
 

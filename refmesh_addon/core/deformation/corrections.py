@@ -1,0 +1,43 @@
+"""Corrections of a surface in its own local frames: an offset drawn in one frame follows the surface through all others.
+
+The local frame of a vertex turns by the rotation that the as-rigid-as-possible energy gives it (Sorkine & Alexa 2007, equation 6): the one
+that carries its edges from the rest shape to the pose best.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.cotangent import cotangent_weights, spokes
+from ..geometry.rotations import closest_rotations
+from ..types import TriangleMesh
+
+
+class LocalFrames:
+    """Rotations of chosen vertices from the rest shape to any pose: built once, queried for each frame.
+
+    rest : R vertices.  chosen : (N,) int, vertices whose rotations are of interest.
+    """
+
+    def __init__(self, rest: TriangleMesh, chosen: np.ndarray):
+        rows = (3 * np.asarray(chosen)[:, None] + np.arange(3)).ravel()
+        self._covariances = spokes(cotangent_weights(rest), rest.vertices)[rows]
+
+    def rotations(self, pose: np.ndarray) -> np.ndarray:
+        """(N, 3, 3) rotations to the pose, (R, 3) positions in scene units."""
+        transposed = (self._covariances @ pose).reshape(-1, 3, 3)
+        return closest_rotations(transposed.transpose(0, 2, 1))
+
+    def to_pose(self, offsets: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """(N, 3) offsets of the rest shape as they are in the pose."""
+        return np.einsum("nij,nj->ni", self.rotations(pose), offsets)
+
+    def to_rest(self, offsets: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """(N, 3) offsets drawn in the pose as they are on the rest shape: the inverse of `to_pose`."""
+        return np.einsum("nji,nj->ni", self.rotations(pose), offsets)
+
+
+def influence(frame: int, first: int, last: int, fade: int) -> float:
+    """1 from `first` to `last`, both included, falling to 0 over the `fade` frames before and after."""
+    outside = max(first - frame, frame - last, 0)
+    return max(0.0, 1.0 - outside / (fade + 1))
