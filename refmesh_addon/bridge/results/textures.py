@@ -37,11 +37,15 @@ def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
 
 def show_surface_color(owner: bpy.types.Object) -> None:
     """Shows what `owner.refmesh.surface_color` says on the groups that wear a material of RefMesh; one of the user's own stays."""
-    own = {captured_name(owner), deformed_material().name, *(steady_name(owner, index) for index in range(len(owner.refmesh.groups)))}
     for index, group in enumerate(owner.refmesh.groups):
-        slots = [] if group.deformed is None else group.deformed.data.materials
-        if len(slots) == 1 and slots[0] is not None and slots[0].name in own:
-            slots[0] = _chosen_material(owner, index, group.deformed.data) or deformed_material()
+        if group.deformed is not None and wears_own_material(owner, group.deformed.data):
+            group.deformed.data.materials[0] = _chosen_material(owner, index, group.deformed.data) or deformed_material()
+
+
+def wears_own_material(owner: bpy.types.Object, mesh: bpy.types.Mesh) -> bool:
+    """Whether the only material of a mesh is one that RefMesh gave it."""
+    own = {captured_name(owner), deformed_material().name, *(steady_name(owner, index) for index in range(len(owner.refmesh.groups)))}
+    return len(mesh.materials) == 1 and mesh.materials[0] is not None and mesh.materials[0].name in own
 
 
 def _chosen_material(owner: bpy.types.Object, index: int, mesh: bpy.types.Mesh) -> bpy.types.Material | None:
