@@ -56,6 +56,7 @@ class RefMeshGroup(bpy.types.PropertyGroup):
     """The two objects of one group of frames."""
 
     start: IntProperty(name="Start", description="Scene frame from which this group is shown")
+    reason: StringProperty(name="Reason", description="Why another mesh begins here")
     reference: PointerProperty(type=bpy.types.Object, name="Reference Mesh", description="Reference mesh of this group")
     deformed: PointerProperty(type=bpy.types.Object, name="Deformed Mesh", description="Reference mesh as it moves through this group")
     cache: StringProperty(
@@ -108,6 +109,7 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     center_range: StringProperty(name="Range", description="What the colors of the centers mean", options={"HIDDEN"})
     trails: PointerProperty(type=bpy.types.Object, name="Trails", description="Paths of chosen centers")
     groups: CollectionProperty(type=RefMeshGroup)
+    own_mesh: PointerProperty(type=bpy.types.Mesh, name="Own Mesh", description="Mesh of your own that is deformed to the whole take")
     active_group: IntProperty(name="Group", description="Click a group to go to its first frame", update=go_to_group)
     arrangement: EnumProperty(
         name="Arrangement",

@@ -69,6 +69,14 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
         first = first_to_run(state, "tracking")
         return "the centers of Track, which runs first" if first else f"{state.settings.centers} tracked centers"
 
+    def draw(self, context):
+        super().draw(context)
+        settings, column = sequence_object(context).refmesh.settings, self.layout.column(align=True)
+        if settings.mesh:
+            column.label(text=f"Mesh of your own, over frame {settings.mesh_frame}", icon="MESH_DATA")
+            column.operator("refmesh.forget_own_mesh")
+        column.operator("refmesh.use_own_mesh", icon="MESH_DATA")
+
 
 class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
     bl_label = "Deform"

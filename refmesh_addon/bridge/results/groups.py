@@ -13,6 +13,7 @@ from ..scene.materials import DEFORMED_COLOR, REFERENCE_COLOR, plain_material
 from ..scene.objects import new_member, remove_object
 from ..scene.playback import show_only_between
 from .corrections import play_results
+from .own_mesh import adopt_own_mesh
 
 COLUMNS = {"source": 0, "centers": 1, "reference": 2, "result": 3}  # of the row side by side
 
@@ -34,6 +35,7 @@ def show_reference(owner: bpy.types.Object, index: int, mesh: PreviewMesh) -> st
     if group.reference is None:
         material = plain_material("RefMesh Reference", REFERENCE_COLOR)
         group.reference = _new_group_object(owner, f"reference {index:03d}", material, "reference")
+    adopt_own_mesh(owner, group.reference, len(mesh.vertices))
     return update_geometry(group.reference, Shape(mesh))
 
 
@@ -45,6 +47,7 @@ def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache:
     group = owner.refmesh.groups[index]
     if group.deformed is None:
         group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material(), "result")
+    adopt_own_mesh(owner, group.deformed, len(mesh.vertices))
     carried = update_geometry(group.deformed, Shape(mesh, next(read_pc2(cache))))
     play_results(owner, index, cache)
     return carried

@@ -15,6 +15,7 @@ from ..scene.paths import absolute_path, stored_path
 from .centers import show_centers
 from .freshness import fingerprint
 from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .own_mesh import find_own_mesh
 from .reading import Results
 from .status import used_settings
 from .textures import show_textures
@@ -42,6 +43,7 @@ def scene_updates(results: Results, kinds: set[str] | None = None) -> Iterator[S
     yield lambda owner: _set_side_step(owner, results)
     yield lambda owner: _show_centers(owner, results)
     yield lambda owner: resize_groups(owner, len(groups))
+    yield lambda owner: find_own_mesh(owner, str(results.report["settings"].get("mesh") or "")) or None
     for index, group in enumerate(groups):
         yield partial(_show_reference, results=results, index=index, carried=carried)
         if group.get("playback"):
@@ -72,7 +74,8 @@ def _set_side_step(owner: bpy.types.Object, results: Results) -> None:
 
 
 def _show_reference(owner: bpy.types.Object, results: Results, index: int, carried: dict[str, list[int]]) -> None:
-    owner.refmesh.groups[index].start = known_frames(owner)[results.report["groups"][index]["frames"][0]]
+    group, entry = owner.refmesh.groups[index], results.report["groups"][index]
+    group.start, group.reason = known_frames(owner)[entry["frames"][0]], entry.get("reason") or ""
     _note(carried, show_reference(owner, index, results.meshes[index]), index)
 
 

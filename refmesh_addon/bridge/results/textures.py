@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 
 from ...io.files import read_npz
+from ..scene.geometry_update import OWN_MESH
 from ..scene.materials import image_material
 from ..scene.meshes import UV_NAME, set_uvs
 from ..scene.paths import stored_path
@@ -20,7 +21,7 @@ def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
     textured = all(group.get("layout") for group in report["groups"]) and all(numbers.values()) and bool(numbers)
     for group, entry in zip(owner.refmesh.groups, report["groups"]):
         for member in (group.reference, group.deformed):
-            if member is not None and textured:
+            if member is not None and textured and OWN_MESH not in member.data:
                 layout = read_npz(folder / entry["layout"])
                 set_uvs(member.data, layout["uvs"][layout["triangles"]])
     if not textured:

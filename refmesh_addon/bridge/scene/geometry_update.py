@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 REST = ".refmesh_rest"  # positions as they were written last: what differs from them is an edit
 POSE = ".refmesh_pose"  # positions in the first frame of the group, in which another topology is compared
 OWN_LAYERS = (REST, POSE)
+OWN_MESH = "refmesh_own_mesh"  # property of meshes with polygons of the user's own: vertices alone tell whether results are theirs
 MEMBERSHIP = 1e-6  # share of a vertex that must come from members of a vertex group, for it to become a member
 
 
@@ -60,7 +61,9 @@ def update_geometry(member: bpy.types.Object, shape: Shape) -> str:
 
 
 def has_topology(mesh: bpy.types.Mesh, wanted: TriangleMesh | PreviewMesh) -> bool:
-    """Whether the mesh has these vertices and triangles, in this order."""
+    """Whether the mesh has these vertices and triangles, in this order; for one of the user's own, as many vertices."""
+    if OWN_MESH in mesh:
+        return len(mesh.vertices) == len(wanted.vertices)
     if (len(mesh.vertices), len(mesh.polygons), len(mesh.loops)) != (len(wanted.vertices), len(wanted.triangles), wanted.triangles.size):
         return False
     corners = np.empty(wanted.triangles.size, dtype=np.int32)
@@ -107,6 +110,7 @@ def _replace(member: bpy.types.Object, shape: Shape) -> str:
     edits = read_positions(mesh).astype(np.float64) - rest_positions(mesh)
     transfer = _Carrier(_transfer(mesh, source, shape), source.triangles, corners, faces)
     fill_mesh(mesh, shape.rest)
+    mesh.pop(OWN_MESH, None)
     _remember(mesh, shape)
     edited = shape.rest.vertices + (transfer.at_vertices(edits) if edits.any() else 0.0)
     set_positions(mesh, edited)

@@ -1,0 +1,116 @@
+"""A mesh of the user's own in the scene: kept with its polygons, UV maps, vertex groups and names, and shown wherever results use it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.errors import RefMeshError
+from ...core.types import TriangleMesh
+from ...io.files import output_folder
+from ...io.meshes import read_mesh
+from ...io.ply import write_ply
+from ..scene.geometry_update import OWN_MESH
+from ..scene.meshes import read_positions
+
+FILE_NAME = "own_mesh.ply"  # in the output folder: what the job reads
+# Operators that read a file with its polygons, by suffix; the axes leave coordinates as they are.
+IMPORTERS = {".obj": "obj_import", ".ply": "ply_import"}
+AXES = {"forward_axis": "Y", "up_axis": "Z"}
+
+
+def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, folder: Path) -> Path:
+    """Keeps what a render would see of the object now, modifiers applied, and writes its triangles for the job. Returns their file.
+
+    Its coordinates become those of the frames: an object of the user's own is taken where it lies over the source, one of the results as it
+    is. Raises RefMeshError for an object without faces, and when the file cannot be written.
+    """
+    bpy.context.view_layer.update()  # a script may have moved the object just before
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    mesh = bpy.data.meshes.new_from_object(target.evaluated_get(depsgraph), preserve_all_data_layers=True, depsgraph=depsgraph)
+    if not len(mesh.polygons):
+        bpy.data.meshes.remove(mesh)
+        raise RefMeshError(f"'{target.name}' has no faces; select the mesh that was made over a frame")
+    if target.refmesh.sequence != owner:
+        matrix = owner.matrix_world.inverted() @ target.matrix_world
+        mesh.transform(matrix)
+        if matrix.determinant() < 0:
+            mesh.flip_normals()
+    path = output_folder(folder) / FILE_NAME
+    write_ply(path, _triangulated(mesh))
+    _keep(owner, mesh, path)
+    return path
+
+
+def adopt_own_mesh(owner: bpy.types.Object, member: bpy.types.Object, vertices: int) -> None:
+    """Gives an object of the results the user's own mesh where the results are made of that, by their number of vertices."""
+    own = owner.refmesh.own_mesh
+    if own is None or len(own.vertices) != vertices or member.data.get(OWN_MESH) == own.name:
+        return
+    before, material = member.data, member.active_material
+    member.data = own.copy()
+    member.data.name, member.data[OWN_MESH] = before.name, own.name
+    if not member.data.materials and material is not None:
+        member.data.materials.append(material)
+    if not before.users:
+        bpy.data.meshes.remove(before)
+
+
+def find_own_mesh(owner: bpy.types.Object, path: str) -> str:
+    """Makes sure that the scene has the polygons of the mesh that results were made with.
+
+    path : of its file, "" for none. Returns what is to be said where only its triangles are known.
+    """
+    state = owner.refmesh
+    if not path:
+        state.own_mesh = None
+        return ""
+    if state.own_mesh is not None and state.own_mesh.get(OWN_MESH) == path:
+        return ""
+    try:
+        mesh = _imported(Path(path))
+    except RefMeshError as error:
+        return str(error)
+    if mesh is None:
+        state.own_mesh = None
+        return f"{Path(path).name}: shown as triangles; give it as one object in an OBJ or PLY file to keep its polygons and UV maps"
+    _keep(owner, mesh, Path(path))
+    return ""
+
+
+def _keep(owner: bpy.types.Object, mesh: bpy.types.Mesh, path: Path) -> None:
+    mesh[OWN_MESH] = str(path)
+    mesh.name = f"{owner.refmesh.root.name} own mesh"
+    owner.refmesh.own_mesh = mesh
+
+
+def _triangulated(mesh: bpy.types.Mesh) -> TriangleMesh:
+    mesh.calc_loop_triangles()
+    corners = np.empty(3 * len(mesh.loop_triangles), dtype=np.int32)
+    mesh.loop_triangles.foreach_get("vertices", corners)
+    return TriangleMesh(read_positions(mesh).astype(np.float64), corners.reshape(-1, 3))
+
+
+def _imported(path: Path) -> bpy.types.Mesh | None:
+    """The polygons of a file, where Blender reads the same vertices in the same order as the job; otherwise None."""
+    importer = IMPORTERS.get(path.suffix.lower())
+    if importer is None:
+        return None
+    expected, active = read_mesh(path), bpy.context.view_layer.objects.active
+    selected, before = list(bpy.context.selected_objects), set(bpy.data.objects)
+    getattr(bpy.ops.wm, importer)(filepath=str(path), **AXES)
+    objects = [item for item in bpy.data.objects if item not in before]
+    meshes = [item.data for item in objects]
+    for item in objects:
+        bpy.data.objects.remove(item)
+    for item in selected:
+        item.select_set(True)
+    bpy.context.view_layer.objects.active = active
+    fits = len(meshes) == 1 and len(meshes[0].vertices) == len(expected.vertices)
+    if fits and np.allclose(read_positions(meshes[0]), expected.vertices, rtol=1e-5, atol=1e-6 * expected.diagonal):
+        return meshes[0]
+    for mesh in meshes:
+        bpy.data.meshes.remove(mesh)
+    return None

@@ -1,0 +1,98 @@
+"""A mesh of the user's own: taken from the scene, deformed by a job, and back with its polygons, UV maps, groups and names."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix
+
+from refmesh_addon.bridge.scene.meshes import read_positions
+
+from .conftest import place
+from .test_jobs import TINY
+
+FRAME = 7
+
+
+@pytest.fixture
+def quads(blender, ball) -> bpy.types.Object:
+    """A sphere of quads over frame 7, turned and scaled by its object, with a UV map, a vertex group and an attribute."""
+    blender.context.scene.frame_set(ball.refmesh.frames[str(FRAME)].scene_frame)
+    blender.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=8)
+    mine = blender.context.active_object
+    mine.name = mine.data.name = "My Head"
+    vertices = place(read_positions(mine.data).astype(float), FRAME)
+    mine.data.attributes["position"].data.foreach_set("vector", (vertices / 2.0).astype(np.float32).ravel())
+    mine.matrix_world = ball.matrix_world @ Matrix.Scale(2.0, 4)
+    mine.vertex_groups.new(name="Top").add([0, 1, 2], 0.5, "REPLACE")
+    mine.data.attributes.new("mark", "INT", "POINT").data[3].value = 7
+    return mine
+
+
+def polygons(mesh) -> list[list[int]]:
+    return [list(polygon.vertices) for polygon in mesh.polygons]
+
+
+def run(owner, output) -> None:
+    bpy.context.view_layer.objects.active = owner
+    bpy.ops.refmesh.run_all(output=str(output), quiet=True, **TINY)
+
+
+def test_it_comes_back_moving_with_all_that_it_had(blender, ball, quads, tmp_path):
+    ball.refmesh.output = str(tmp_path / "out")
+    assert blender.ops.refmesh.use_own_mesh() == {"FINISHED"}
+    assert ball.refmesh.settings.mesh_frame == FRAME
+    run(ball, tmp_path / "out")
+    (group,) = ball.refmesh.groups
+    result = group.deformed
+    assert polygons(result.data) == polygons(quads.data)
+    uvs = [np.array([tuple(corner.vector) for corner in mesh.uv_layers.active.uv]) for mesh in (result.data, quads.data)]
+    np.testing.assert_array_equal(*uvs)
+    assert [item.name for item in result.vertex_groups] == ["Top"] and result.vertex_groups["Top"].weight(1) == 0.5
+    assert result.data.attributes["mark"].data[3].value == 7
+    for number in (6, 11):
+        blender.context.scene.frame_set(ball.refmesh.frames[str(number)].scene_frame)
+        moved = result.evaluated_get(blender.context.evaluated_depsgraph_get()).data
+        sphere = read_positions(quads.data).astype(float) * 2.0
+        np.testing.assert_allclose(read_positions(moved).mean(axis=0), place(unplaced(sphere, FRAME), number).mean(axis=0), atol=0.1)
+
+
+def test_reconstructed_meshes_come_back_when_it_is_forgotten(blender, ball, quads, tmp_path):
+    ball.refmesh.output = str(tmp_path / "out")
+    blender.ops.refmesh.use_own_mesh()
+    run(ball, tmp_path / "out")
+    blender.ops.refmesh.forget_own_mesh()
+    run(ball, tmp_path / "out")
+    assert len(ball.refmesh.groups) == 2
+    assert {len(polygon.vertices) for polygon in ball.refmesh.groups[0].deformed.data.polygons} == {3}
+    assert "Top" in ball.refmesh.groups[0].deformed.vertex_groups
+
+
+def test_a_file_on_the_command_line_keeps_its_polygons(blender, ball, quads, tmp_path):
+    path, quads.matrix_world = tmp_path / "head.obj", Matrix.Scale(2.0, 4)  # a file is in the coordinates of the frames
+    blender.ops.wm.obj_export(filepath=str(path), export_selected_objects=True, forward_axis="Y", up_axis="Z", export_materials=False)
+    expected = polygons(quads.data)
+    bpy.data.objects.remove(quads)
+    blender.context.view_layer.objects.active = ball
+    blender.ops.refmesh.run_all(output=str(tmp_path / "out"), quiet=True, **TINY, mesh=str(path), mesh_frame=FRAME)
+    assert polygons(ball.refmesh.groups[0].deformed.data) == expected
+    assert blender.context.active_object == ball
+
+
+def test_what_has_no_faces_or_is_no_mesh_is_refused(blender, ball, tmp_path):
+    blender.ops.mesh.primitive_uv_sphere_add()
+    empty = blender.context.active_object
+    empty.data.clear_geometry()
+    with pytest.raises(RuntimeError, match="has no faces"):
+        blender.ops.refmesh.use_own_mesh()
+    blender.context.view_layer.objects.active = ball
+    with pytest.raises(RuntimeError, match="select the mesh"):
+        blender.ops.refmesh.use_own_mesh()
+    with pytest.raises(RuntimeError, match="no mesh of your own"):
+        blender.ops.refmesh.forget_own_mesh()
+
+
+def unplaced(vertices: np.ndarray, number: int) -> np.ndarray:
+    """Undoes `place`."""
+    return (vertices - [0.1 * number, 2.0, 0.0]) / [1.0, 1.5 + 0.1 * number, 0.8]
