@@ -10,7 +10,6 @@ import numpy as np
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
-from ...io.meshes import read_mesh
 from ...io.ply import write_ply
 from ..scene.geometry_update import OWN_MESH
 from ..scene.meshes import read_positions
@@ -95,6 +94,8 @@ def _triangulated(mesh: bpy.types.Mesh) -> TriangleMesh:
 
 def _imported(path: Path) -> bpy.types.Mesh | None:
     """The polygons of a file, where Blender reads the same vertices in the same order as the job; otherwise None."""
+    from ...io.meshes import read_mesh
+
     importer = IMPORTERS.get(path.suffix.lower())
     if importer is None:
         return None

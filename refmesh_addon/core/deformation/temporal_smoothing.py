@@ -26,18 +26,21 @@ FARTHEST = 0.5  # mean edge lengths that a vertex may be moved: it stays close e
 LIMB = 0.25
 
 
-def smoothed_in_time(mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames: int) -> np.ndarray:
+def smoothed_in_time(
+    mesh: TriangleMesh, vertices: np.ndarray, times: np.ndarray, frames: int, rows: slice = slice(None)
+) -> np.ndarray:
     """(F, R, 3) vertices without jitter, moved along the surface only.
 
     mesh : the reference.  vertices : (F, R, 3) in successive frames, scene units.  times : (F,) ascending, any unit.
     frames : half the width of the filter. 0 returns the vertices, as do fewer than four frames in all.
+    rows : the frames to return, where the others are only there because the filter needs them.
     """
     if not frames or len(vertices) <= DEGREE + 1:
-        return vertices
-    deviation = np.tensordot(_parabolas(times, frames) - np.eye(len(vertices)), vertices, axes=1)
+        return vertices[rows]
+    deviation = np.tensordot((_parabolas(times, frames) - np.eye(len(vertices)))[rows], vertices, axes=1)
     deviation -= _common(mesh, deviation)
     ends = HalfEdges.of(mesh).edges.T
-    return np.stack([positions + _limited(mesh.moved(positions), move, ends) for positions, move in zip(vertices, deviation)])
+    return np.stack([positions + _limited(mesh.moved(positions), move, ends) for positions, move in zip(vertices[rows], deviation)])
 
 
 def _common(mesh: TriangleMesh, moves: np.ndarray) -> np.ndarray:

@@ -24,6 +24,7 @@ from .tracking_result import TrackingResult
 
 DEFORMATION_SCHEMA = 9
 SMOOTHING_SCHEMA = 1
+BLOCK = 10  # frames of a run that are smoothed together
 # Parts of the stage's time, roughly.
 DEFORMING = StageShare(DEFORMATION, 0.0, 0.95)
 SMOOTHING = StageShare(DEFORMATION, 0.95, 1.0)
@@ -31,8 +32,19 @@ UNCOUNTED = StageShare(DEFORMATION, 0.0, 0.0)  # of smoothing that is done while
 
 
 @dataclass(frozen=True)
-class SmoothedGroup(FrozenArrays):
-    """The reference mesh of a group in all frames that it reaches, its hand-over last.
+class SmoothedFrame(FrozenArrays):
+    """One row of `SmoothedBlock`."""
+
+    vertices: np.ndarray
+    velocities: np.ndarray
+    flipped: float
+    held: float
+    hidden: float
+
+
+@dataclass(frozen=True)
+class SmoothedBlock(FrozenArrays):
+    """The reference mesh of a group in successive frames that it reaches, its hand-over last.
 
     vertices : (F, R, 3) scene units.  velocities : (F, R, 3) float32, scene units per frame.
     flipped : (F,) share of triangles that face against their surroundings and against the source.
@@ -50,17 +62,24 @@ class SmoothedGroup(FrozenArrays):
 class DeformedSequence:
     """The mesh of every frame, read from the cache on demand.
 
-    groups : with keys of all that their deformed meshes depend on.  references, smoothed : by index of the group.
+    groups : with keys of all that their deformed meshes depend on.  references : by index of the group.
+    smoothed : by index of the group and of the block, as `blocks` divides its frames.
     """
 
     groups: tuple[FrameGroup, ...]
     references: Mapping[int, ReferenceMesh]
-    smoothed: Mapping[int, SmoothedGroup]
+    smoothed: Mapping[tuple[int, int], SmoothedBlock]
 
     def mesh(self, group: FrameGroup, frame: int) -> TriangleMesh:
         """The reference mesh of a group in a frame that it reaches, by index."""
-        vertices = self.smoothed[group.index].vertices[group.reached.index(frame)]
-        return self.references[group.index].mesh.moved(vertices)
+        return self.references[group.index].mesh.moved(self.row(group, group.reached.index(frame)).vertices)
+
+    def row(self, group: FrameGroup, row: int) -> SmoothedFrame:
+        """One of the frames that a group reaches, by its position among them."""
+        index, (start, _) = next((index, block) for index, block in enumerate(blocks(group)) if row < block[1])
+        block = self.smoothed[group.index, index]
+        flipped, held, hidden = (float(shares[row - start]) for shares in (block.flipped, block.held, block.hidden))
+        return SmoothedFrame(block.vertices[row - start], block.velocities[row - start], flipped, held, hidden)
 
 
 def deform(
@@ -79,30 +98,47 @@ def deform(
     units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
     fitted = CachedResults(context.cache, units, DeformedFrame)
     smooth_groups = tuple(replace(group, key=_smoothing_key(context, group)) for group in groups)
-    smoothing = {group.index: _smoothing(context, references, fitted, group) for group in smooth_groups}
+    parts = [(group, index, block) for group in smooth_groups for index, block in enumerate(blocks(group))]
+    smoothing = {(group.index, index): _smoothing(context, references, fitted, group, block) for group, index, block in parts}
     remaining = {group.index: set(group.reached) for group in smooth_groups}
     for index, frame in finished_units(context, deform_reference, units, DeformedFrame, DEFORMING):
         remaining[index].discard(frame)
         if ready is not None and not remaining[index]:
-            own = cached_map(context, smooth_group, {index: smoothing[index]}, SmoothedGroup, UNCOUNTED)
-            ready(DeformedSequence(smooth_groups, references.meshes, own), smooth_groups[index])
-    smoothed = cached_map(context, smooth_group, smoothing, SmoothedGroup, SMOOTHING)
+            own = {name: unit for name, unit in smoothing.items() if name[0] == index}
+            done = cached_map(context, smooth_block, own, SmoothedBlock, UNCOUNTED)
+            ready(DeformedSequence(smooth_groups, references.meshes, done), smooth_groups[index])
+    smoothed = cached_map(context, smooth_block, smoothing, SmoothedBlock, SMOOTHING)
     return DeformedSequence(smooth_groups, references.meshes, smoothed)
 
 
-def smooth_group(mesh: TriangleMesh, fitted: list[DeformedFrame], times: np.ndarray, steady_frames: int) -> SmoothedGroup:
-    """A group's frames, each fitted by itself, brought to rest along the surface without new folds.
+def blocks(group: FrameGroup) -> list[tuple[int, int]]:
+    """Start and end of the blocks in which the frames that a group reaches are smoothed: all at once, or so that a run fits any memory."""
+    count = len(group.reached)
+    return [(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)] if group.segment else [(0, count)]
+
+
+def smooth_block(
+    mesh: TriangleMesh,
+    fitted: list[DeformedFrame],
+    times: np.ndarray,
+    steady_frames: int,
+    needed: slice = slice(None),
+    own: slice = slice(None),
+) -> SmoothedBlock:
+    """Frames, each fitted by itself, brought to rest along the surface without new folds.
 
     mesh : the reference.  times : (F,) number of each frame.  steady_frames : how many to either side have a say.
+    needed : those of the frames that velocities depend on; the others only have a say.  own : those of `needed` that are the block's.
     """
     vertices = np.stack([frame.vertices for frame in fitted])
-    goals = smoothed_in_time(mesh, vertices, times, steady_frames)
+    goals = smoothed_in_time(mesh, vertices, times, steady_frames, needed)
+    fitted, vertices, times = fitted[needed], vertices[needed], times[needed]
     facings = [Facing(mesh, frame.rotations) for frame in fitted]
     placed = np.stack([moved_without_folds(*moves) for moves in zip(facings, vertices, goals, strict=True)])
     velocities = np.gradient(placed, times, axis=0) if len(times) > 1 else np.zeros_like(placed)
-    flipped = [np.mean(facing.folded(own) & ~frame.curled) for facing, own, frame in zip(facings, placed, fitted, strict=True)]
+    flipped = [np.mean(facing.folded(there) & ~frame.curled) for facing, there, frame in zip(facings, placed, fitted, strict=True)]
     held, hidden = ([np.mean(getattr(frame, name)) for frame in fitted] for name in ("held", "hidden"))
-    return SmoothedGroup(placed, velocities.astype(np.float32), np.array(flipped), np.array(held), np.array(hidden))
+    return SmoothedBlock(placed[own], velocities.astype(np.float32)[own], *(np.array(shares)[own] for shares in (flipped, held, hidden)))
 
 
 def _fitting(context: Context, tracking: TrackingResult, references: References, group: FrameGroup, frame: int) -> WorkUnit:
@@ -124,10 +160,23 @@ def _smoothing_key(context: Context, group: FrameGroup) -> str:
     return digest(SMOOTHING_SCHEMA, group.key, times, context.settings.deformation.steady_frames)
 
 
-def _smoothing(context: Context, references: References, fitted: Mapping[tuple[int, int], DeformedFrame], group: FrameGroup) -> WorkUnit:
-    def arguments() -> tuple:
-        frames = [fitted[group.index, frame] for frame in group.reached]
-        times = np.array([context.numbers[frame] for frame in group.reached])
-        return references.meshes[group.index].mesh, frames, times, context.settings.deformation.steady_frames
+def smoothing_rows(block: tuple[int, int], count: int, steady_frames: int) -> tuple[slice, slice, slice]:
+    """The frames that a block's smoothing reads, of `count`; of these, the ones that it needs smoothed; and of these, its own."""
+    first, last = max(block[0] - 1, 0), min(block[1] + 1, count)  # velocities look one frame to either side
+    start, end = max(first - 2 * steady_frames, 0), min(last + 2 * steady_frames, count)  # the filter is as wide there as in the whole run
+    return slice(start, end), slice(first - start, last - start), slice(block[0] - first, block[1] - first)
 
-    return WorkUnit(f"{group.folder}deformation/group_{group.index:03d}", group.key, arguments)
+
+def _smoothing(
+    context: Context, references: References, fitted: Mapping[tuple[int, int], DeformedFrame], group: FrameGroup, block: tuple[int, int]
+) -> WorkUnit:
+    steady = context.settings.deformation.steady_frames
+    window, needed, own = smoothing_rows(block, len(group.reached), steady)
+
+    def arguments() -> tuple:
+        frames = [fitted[group.index, frame] for frame in group.reached[window]]
+        times = np.array([context.numbers[frame] for frame in group.reached[window]])
+        return references.meshes[group.index].mesh, frames, times, steady, needed, own
+
+    name = f"run_{group.index:03d}_{block[0]:04d}" if group.segment else f"group_{group.index:03d}"
+    return WorkUnit(f"{group.folder}deformation/{name}", group.key, arguments)

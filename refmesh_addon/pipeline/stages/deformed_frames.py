@@ -15,7 +15,7 @@ from ...io.report import DEFORMED_FOLDER, FrameReport, deformed_path
 from ...io.sequence import held_frames
 from ..session.cache import KEY_LENGTH
 from ..session.context import Context
-from .deformation import DeformedSequence
+from .deformation import DeformedSequence, SmoothedFrame
 from .groups import FrameGroup
 
 FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
@@ -46,29 +46,28 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
     for group in deformed.groups:
         rest = RestShape(deformed.references[group.index].mesh)
         for row, frame in enumerate(group.frames):
-            stretched = rest.overstretched(deformed.smoothed[group.index].vertices[row])
-            entry = replace(_frame_report(context, deformed, group, row), overstretched=stretched)
+            smoothed = deformed.row(group, row)
+            entry = replace(_frame_report(context, smoothed, group, row), overstretched=rest.overstretched(smoothed.vertices))
             colors = None
             if measured is not None:
                 entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report
                 colors = error_colors(measured[frame].errors)
-            velocities = deformed.smoothed[group.index].velocities[row]
-            write_ply(context.output / entry.deformed, deformed.mesh(group, frame), colors, velocities)
+            write_ply(context.output / entry.deformed, deformed.mesh(group, frame), colors, smoothed.velocities)
             context.report.frames.append(entry)
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
 
 
-def _frame_report(context: Context, deformed: DeformedSequence, group: FrameGroup, row: int) -> FrameReport:
-    number, smoothed = context.numbers[group.frames[row]], deformed.smoothed[group.index]
-    flipped, held, hidden = (float(shares[row]) for shares in (smoothed.flipped, smoothed.held, smoothed.hidden))
-    if flipped > FLIPPED_WARNING:
-        context.warn(f"frame {number}: {flipped:.2%} of the triangles are flipped; a smaller --group-size may serve it better")
-    return FrameReport(number, group.index, deformed_path(number), flipped, held, hidden)
+def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, row: int) -> FrameReport:
+    number = context.numbers[group.frames[row]]
+    if smoothed.flipped > FLIPPED_WARNING:
+        better = "begin another mesh there (--group-starts)" if group.segment else "a smaller --group-size may serve it better"
+        context.warn(f"frame {number}: {smoothed.flipped:.2%} of the triangles are flipped; {better}")
+    return FrameReport(number, group.index, deformed_path(number), smoothed.flipped, smoothed.held, smoothed.hidden)
 
 
 def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:
     playback = f"playback/group_{group.index:03d}-{group.key[:KEY_LENGTH]}.pc2"
-    vertices = deformed.smoothed[group.index].vertices
+    count = len(deformed.references[group.index].mesh.vertices)
     shown = [group.frames.index(frame) for frame in held_frames(context.frames.sequence) if frame in group.frames]
-    write_pc2(context.output / playback, (vertices[row] for row in shown), vertices.shape[1], len(shown))
+    write_pc2(context.output / playback, (deformed.row(group, row).vertices for row in shown), count, len(shown))
     context.report.groups[group.index] = replace(context.report.groups[group.index], playback=playback)

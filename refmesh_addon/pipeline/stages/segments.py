@@ -140,11 +140,10 @@ def _figures(context: Context, deformed: DeformedSequence) -> dict[int, FrameFig
     """Of all frames, by index."""
     measured, figures = measure_frames(context, deformed), {}
     for group in deformed.groups:
-        rest, smoothed = RestShape(deformed.references[group.index].mesh), deformed.smoothed[group.index]
+        rest = RestShape(deformed.references[group.index].mesh)
         for row, frame in enumerate(group.frames):
-            distance = measured[frame].distances.source_to_deformed
-            flipped, stretched = float(smoothed.flipped[row]), rest.overstretched(smoothed.vertices[row])
-            figures[frame] = FrameFigures(distance.mean, distance.p99, flipped, stretched)
+            distance, smoothed = measured[frame].distances.source_to_deformed, deformed.row(group, row)
+            figures[frame] = FrameFigures(distance.mean, distance.p99, smoothed.flipped, rest.overstretched(smoothed.vertices))
     return figures
 
 

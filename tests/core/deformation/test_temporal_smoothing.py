@@ -126,3 +126,11 @@ def test_frames_beyond_the_filter_change_nothing():
     other[-1] += 0.3 * LENGTH * np.random.default_rng(0).normal(size=MESH.vertices.shape)
     assert np.abs(smoothed(other, 2) - smoothed(places, 2)).max() > 0.01 * LENGTH
     assert_array_equal(smoothed(other, 2)[:4], smoothed(places, 2)[:4])
+
+
+def test_some_rows_are_those_of_all_frames():
+    mesh, rng = ball(2), np.random.default_rng(0)
+    vertices = mesh.vertices + 0.01 * rng.standard_normal((12, *mesh.vertices.shape))
+    times = np.arange(12.0)
+    every = smoothed_in_time(mesh, vertices, times, 2)
+    assert_allclose(smoothed_in_time(mesh, vertices, times, 2, slice(3, 7)), every[3:7], rtol=0, atol=1e-12)
