@@ -20,11 +20,12 @@ FRAMES, SCRATCH = sys.argv[sys.argv.index("--") + 1 :]
 QUICK = {"centers": 300, "resolution": 64, "group_size": 3, "alignment_steps": 1, "fit_rounds": 1, "samples": 1000, "triangles": 4000}
 # Page -> the panels in its picture and its height in pixels.
 PAGES = {
-    "sequence": ("sequence", 225),
-    "track": ("track centers", 372),
-    "reference": ("reference bodies", 545),
-    "deform": ("deform", 520),
-    "export": ("export", 116),
+    "sequence": ("sequence", 250),
+    "track": ("track track_advanced centers", 392),
+    "reference": ("reference groups bodies", 545),
+    "deform": ("deform", 388),
+    "color": ("color", 214),
+    "export": ("export", 112),
 }
 
 
@@ -61,7 +62,7 @@ def pictures() -> Iterator[float | None]:
         while bpy.context.window_manager.windows[0].modal_operators:
             yield 0.5
     owner = bpy.context.active_object
-    owner.refmesh.output = "//refmesh_grasp"  # no folder of one machine
+    owner.refmesh.source, owner.refmesh.output = "//frames", "//refmesh_grasp"  # no folder of one machine
     view()["area"].spaces.active.show_region_ui = True
     yield None
     sidebar = next(region for region in view()["area"].regions if region.type == "UI")

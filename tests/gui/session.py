@@ -209,6 +209,8 @@ def ticks(name: str, going) -> Iterator[float | None]:
 
 def mark_bodies() -> Iterator[float | None]:
     """Some centers of the ball and of the hand, in edit mode, one after the other."""
+    owner().refmesh.show_centers = True
+    yield None
     centers = owner().refmesh.centers
     layer = bpy.context.view_layer
     layer.objects.active = centers
