@@ -67,7 +67,7 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
     bodies, reference = bodies_apart(context, tracking), context.settings.reference
     if _mode(context, tracking) == "groups":
         runs = chosen_groups(context, tracking)
-        return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(context, tracking, runs))
+        return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(runs))
     if reference.group_starts.strip():
         runs = fixed_groups(context)
     elif reference.mesh:  # made to serve the whole take
@@ -77,7 +77,7 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
         runs = [tuple(range(start, min(start + every, len(context.frames)))) for start in range(0, len(context.frames), every)]
     else:
         return _remembered(context, tracking, bodies)
-    return SegmentPlan(group_frames(context, tracking, bodies, runs, segment=True), _reasons(context, tracking, runs))
+    return SegmentPlan(group_frames(context, tracking, bodies, runs, segment=True), _reasons(runs))
 
 
 def reviewed(context: Context, tracking: TrackingResult, plan: SegmentPlan, deformed: DeformedSequence) -> SegmentPlan:
@@ -103,7 +103,7 @@ def _mode(context: Context, tracking: TrackingResult) -> str:
     return "groups"
 
 
-def _reasons(context: Context, tracking: TrackingResult, runs: list[tuple[int, ...]]) -> tuple[str, ...]:
+def _reasons(runs: list[tuple[int, ...]]) -> tuple[str, ...]:
     return (FIRST, *(ASKED for _ in runs[1:]))
 
 
