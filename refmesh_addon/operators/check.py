@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..bridge.scene.focus import longest_side
+from ..core.capture.scale import scale_note
 from ..core.findings import SEVERITIES
 from ..io.findings import CHECK_TEXT, read_findings
 from .common import absolute
@@ -30,7 +32,8 @@ flipped surfaces, missing textures. Also prepares the frames for smooth playback
         state.checked = True
         counts = {severity: sum(finding.severity == severity for finding in findings) for severity in SEVERITIES}
         summary = ", ".join(f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items() if count)
-        self.report({"INFO"}, f"{summary or 'nothing found'}; see {output / CHECK_TEXT}")
+        note = scale_note(longest_side(owner, owner.users_scene[0]))
+        self.report({"INFO"}, f"{note + '; ' if note else ''}{summary or 'nothing found'}; see {output / CHECK_TEXT}")
 
 
 CLASSES = (REFMESH_OT_check_sequence,)

@@ -21,13 +21,15 @@ AXES = {
     "-Z": "The Z axis points down",
     "-X": "The X axis points down",
 }
-# Label, meaning, meters in one unit.
+# Label, meaning, meters in one unit; 0 for those without meters.
 UNITS = {
-    "M": ("Meters", "One unit of the files is one unit of the scene", 1.0),
+    "AS_IS": ("As It Is", "One unit of the files is one unit of the scene, whatever that is", 0.0),
+    "M": ("Meters", "The files are in meters", 1.0),
     "CM": ("Centimeters", "The files are in centimeters", 0.01),
     "MM": ("Millimeters", "The files are in millimeters", 0.001),
     "IN": ("Inches", "The files are in inches", 0.0254),
     "FT": ("Feet", "The files are in feet", 0.3048),
+    "FACTOR": ("Factor", "One unit of the files is the given number of units of the scene", 0.0),
 }
 
 
@@ -52,7 +54,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     reading: EnumProperty(
         name="Frame Number",
         description="Which number in the names counts the frames, where there are several",
-        items=lambda self, context: reading_items(str(self._picked()), self.frames),
+        items=lambda self, context: reading_items(str(_picked(self)), self.frames),
         options={"HIDDEN", "SKIP_SAVE"},
     )
     name: StringProperty(name="Name", description="Name of the sequence in the scene; empty takes it from the files", options={"SKIP_SAVE"})
@@ -65,6 +67,9 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         name="Unit",
         description="Unit of length in the files; data and results stay in the coordinates of the files",
         items=[(unit, label, meaning) for unit, (label, meaning, _) in UNITS.items()],
+    )
+    unit_factor: FloatProperty(
+        name="Factor", description="Units of the scene in one unit of the files, where the unit is Factor", default=1.0, min=1e-9
     )
     set_timeline: BoolProperty(
         name="Set Timeline",
@@ -92,23 +97,27 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     @reporting
     def execute(self, context):
         from ..bridge.scene import timeline as scene
+        from ..bridge.scene.focus import focus, hide_startup_cube, longest_side
         from ..bridge.scene.paths import stored_path
         from ..bridge.sequence import raw_sequence
+        from ..core.capture.scale import scale_note
 
         sequence = find_sequence(self._source(), self.frames)
         output = sequence.folder / f"refmesh_{sequence.name}"
         first = raw_sequence.read_frame(sequence.frames[0].path, output)  # before the scene is touched: it may fail
         if self.empty_scene:
             scene.empty_scene()
-        unit = UNITS[self.unit][-1]
+        unit = self._scale(context.scene)
         owner = raw_sequence.new_sequence(context.scene, sequence, first, self.name or sequence.name, self.up_axis, unit)
         scene.widen_clipping(unit * max(np.ptp(first.vertices, axis=0)))
         state = owner.refmesh
         state.source, state.frame_selection, state.output = stored_path(self._source()), self.frames, stored_path(output)
         if self.set_timeline:
             scene.set_timeline(context.scene, state.frames[0].scene_frame, state.frames[-1].scene_frame, self.fps)
-        context.view_layer.objects.active = owner
-        self.report({"INFO"}, describe(sequence))
+        hidden = "; the cube of the startup scene is hidden" if hide_startup_cube(context.scene) else ""
+        focus(owner)
+        note = scale_note(longest_side(owner, context.scene))
+        self.report({"INFO"}, f"{describe(sequence)}{hidden}{note and '; ' + note}")
         if self.check and getattr(self, "interactive", False):
             bpy.ops.refmesh.check_sequence("INVOKE_DEFAULT")
         return {"FINISHED"}
@@ -116,21 +125,30 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     def draw(self, context):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
-        draw_preview(layout.box(), str(self._source()), self.frames, UNITS[self.unit][-1])
-        if len(reading_items(str(self._picked()), self.frames)) > 1:
+        draw_preview(layout.box(), str(self._source()), self.frames, self._scale(context.scene) * context.scene.unit_settings.scale_length)
+        if len(reading_items(str(_picked(self)), self.frames)) > 1:
             layout.prop(self, "reading")
-        for name in ("frames", "name", "up_axis", "unit", "set_timeline", "fps", "check"):
+        factor = ("unit_factor",) if self.unit == "FACTOR" else ()
+        for name in ("frames", "name", "up_axis", "unit", *factor, "set_timeline", "fps", "check"):
             layout.prop(self, name)
 
     def _source(self) -> Path:
         """The path to import, or the pattern by which its names are to be read."""
-        return self._picked() if self.reading in ("", AUTOMATIC_READING[0]) else Path(self.reading)
+        return _picked(self) if self.reading in ("", AUTOMATIC_READING[0]) else Path(self.reading)
 
-    def _picked(self) -> Path:
-        """The path to import: a file of `directory` that was picked in the file browser; `filepath` alone from a script."""
-        if self.directory and self.files and self.files[0].name:
-            return absolute(os.path.join(self.directory, self.files[0].name))
-        return absolute(self.filepath or self.directory)
+    def _scale(self, scene) -> float:
+        """Units of the scene in one unit of the files."""
+        meters = UNITS[self.unit][-1]
+        if meters:
+            return meters / scene.unit_settings.scale_length
+        return self.unit_factor if self.unit == "FACTOR" else 1.0
+
+
+def _picked(properties) -> Path:
+    """The path to import: a file of `directory` that was picked in the file browser; `filepath` alone from a script."""
+    if properties.directory and properties.files and properties.files[0].name:
+        return absolute(os.path.join(properties.directory, properties.files[0].name))
+    return absolute(properties.filepath or properties.directory)
 
 
 CLASSES = (REFMESH_OT_import_sequence,)

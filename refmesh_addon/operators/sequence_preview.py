@@ -6,6 +6,7 @@ from textwrap import wrap
 
 import numpy as np
 
+from ..core.capture.scale import scale_note
 from ..core.errors import RefMeshError
 from ..io.discovery import find_sequence
 from ..io.frame_range import format_ranges
@@ -26,6 +27,9 @@ def draw_preview(layout, source: str, frames: str, unit: float):
     size = first_frame_size(source, frames) if len(lines) == len(ICONS) else ()
     if size:
         layout.label(text=format_meters(size, unit), icon="CON_SIZELIMIT")
+        note = scale_note(unit * max(size))
+        if note:
+            draw_wrapped(layout, note)
     for note in sequence_notes(source, frames):
         draw_wrapped(layout, note)
 

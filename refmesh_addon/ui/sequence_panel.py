@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..bridge.scene.focus import longest_side
+from ..core.capture.scale import scale_note
 from ..core.findings import SEVERITIES
 from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
@@ -48,6 +50,11 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
     def _draw_check(self, context, state):
         layout = self.layout
         layout.operator("refmesh.check_sequence", icon="VIEWZOOM")
+        owner = state.id_data
+        note = scale_note(longest_side(owner, context.scene)) if state.root else ""
+        if note:
+            draw_wrapped(layout, context, note, icon="CON_SIZELIMIT")
+            layout.operator("refmesh.scale_sequence")
         if not state.checked:
             layout.label(text="Frames not checked yet", icon="QUESTION")
         elif not state.findings:

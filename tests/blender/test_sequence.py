@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
+from refmesh_addon.bridge.scene.focus import longest_side
 from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.bridge.scene.timeline import widen_clipping
+from refmesh_addon.core.capture.scale import scale_note
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.operators.sequence_preview import first_frame_size, format_bytes, format_meters, summarize
 
@@ -165,3 +167,35 @@ def test_looking_at_a_sequence_writes_nothing(ball, frames):
     for scene_frame in range(6, 12):
         bpy.context.scene.frame_set(scene_frame)
     assert all(path.suffix == ".obj" for path in frames.iterdir())
+
+
+def test_imported_it_is_the_only_selected_object_and_the_startup_cube_is_out_of_the_way(blender, frames):
+    bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
+    bpy.ops.mesh.primitive_cone_add(location=(5, 0, 0))
+    bpy.ops.refmesh.import_sequence(filepath=str(frames))
+    owner = next(item for item in bpy.data.objects if item.refmesh.frames)
+    assert blender.context.selected_objects == [owner] and blender.context.active_object == owner
+    assert bpy.data.objects["Cube"].hide_get() and not bpy.data.objects["Cone"].hide_get()
+
+
+@pytest.mark.parametrize(
+    "arguments, length, scale",
+    [({}, 1.0, 1.0), ({"unit": "M"}, 0.01, 100.0), ({"unit": "MM"}, 1.0, 0.001), ({"unit": "FACTOR", "unit_factor": 0.25}, 0.01, 0.25)],
+)
+def test_units_are_those_of_the_scene(blender, frames, arguments, length, scale):
+    blender.context.scene.unit_settings.scale_length = length
+    blender.ops.refmesh.import_sequence(filepath=str(frames), **arguments)
+    root = blender.context.active_object.refmesh.root
+    assert tuple(root.scale) == pytest.approx((scale, scale, scale))
+
+
+def test_a_person_of_18_meters_is_said_and_scaled(blender, frames):
+    blender.ops.refmesh.import_sequence(filepath=str(frames))
+    owner = blender.context.active_object
+    owner.refmesh.root.scale *= 18.7 / longest_side(owner, blender.context.scene)
+    blender.context.view_layer.update()
+    assert scale_note(longest_side(owner, blender.context.scene)).startswith("18.7 m long: if this is a person, scale by 0.1")
+    blender.ops.refmesh.scale_sequence()
+    assert longest_side(owner, blender.context.scene) == pytest.approx(1.87)
+    with pytest.raises(RuntimeError, match="a usual size"):
+        blender.ops.refmesh.scale_sequence()
