@@ -15,10 +15,11 @@ _HEADER = struct.Struct("<12siiffi")  # magic, version, points, first frame, sam
 _MAGIC, _VERSION, _START, _RATE = b"POINTCACHE2\0", 1, 0.0, 1.0
 
 
-def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, count: int) -> None:
+def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, count: int, offset: np.ndarray | float = 0.0) -> None:
     """Writes one sample for each scene frame; `samples` is consumed one at a time, so that only one is in memory.
 
     samples : `count` arrays, each (points, 3), scene units; stored as float32.
+    offset : (3,) that is subtracted from them before, as single precision is too coarse far from the origin.
     Raises RefMeshError when the file cannot be written, ValueError when the samples are not as announced.
     """
     with atomic_file(path) as file:
@@ -27,7 +28,7 @@ def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, coun
         for sample in samples:
             if sample.shape != (points, 3):
                 raise ValueError(f"sample {written} must be ({points}, 3); got {sample.shape}")
-            file.write(np.ascontiguousarray(sample, dtype="<f4").tobytes())
+            file.write(np.ascontiguousarray(sample - offset, dtype="<f4").tobytes())
             written += 1
         if written != count:
             raise ValueError(f"count is {count}, but {written} samples were given")

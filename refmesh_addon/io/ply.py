@@ -34,11 +34,14 @@ FORMAT, END = "format binary_little_endian 1.0", b"end_header\n"
 DTYPES = {columns.ply_type: columns.dtype for columns in (POSITION, COLOR, VELOCITY)}
 
 
-def write_ply(path: str | Path, mesh: TriangleMesh, colors: np.ndarray | None = None, velocities: np.ndarray | None = None) -> None:
+def write_ply(
+    path: str | Path, mesh: TriangleMesh, colors: np.ndarray | None = None, velocities: np.ndarray | None = None, comment: str = ""
+) -> None:
     """Writes vertices and triangles in their order; the same mesh gives the same bytes.
 
     colors : (V, 4) uint8, red, green, blue and alpha of each vertex.
     velocities : (V, 3), scene units per frame, stored as float32 vx, vy and vz.
+    comment : one line for the header.
     Raises RefMeshError when the file cannot be written.
     """
     count = len(mesh.vertices)
@@ -54,7 +57,7 @@ def write_ply(path: str | Path, mesh: TriangleMesh, colors: np.ndarray | None = 
     faces = np.empty(len(mesh.triangles), dtype=FACE)
     faces["corners"], faces["indices"] = 3, mesh.triangles
     with atomic_file(path) as file:
-        file.write(_header([columns for columns, _ in stored], count, len(faces)))
+        file.write(_header([columns for columns, _ in stored], count, len(faces), comment))
         file.write(rows.tobytes())
         file.write(faces.tobytes())
 
@@ -96,10 +99,10 @@ def replace_positions(path: str | Path, positions: np.ndarray) -> None:
         file.write(header + END + moved.tobytes() + faces)
 
 
-def _header(stored: list[_Columns], vertices: int, faces: int) -> bytes:
+def _header(stored: list[_Columns], vertices: int, faces: int, comment: str) -> bytes:
     lines = ["ply", FORMAT, f"element vertex {vertices}"]
     lines += [f"property {columns.ply_type} {name}" for columns in stored for name in columns.names]
-    lines += [f"element face {faces}", FACE_PROPERTY, ""]
+    lines += [f"element face {faces}", FACE_PROPERTY, *([f"comment {comment}"] if comment else []), ""]
     return "\n".join(lines).encode("ascii") + END
 
 

@@ -10,17 +10,18 @@ from __future__ import annotations
 import hashlib
 import zipfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..core.errors import RefMeshError
+from ..core.geometry.storage_offset import storage_offset
 from ..core.types import TriangleMesh
 from .files import write_npz
 
 PREVIEW_FOLDER = Path("cache") / "preview"  # in the output folder
-SCHEMA = 1
+SCHEMA = 2
 _KEY_BYTES = 6
 _BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError)
 
@@ -29,12 +30,14 @@ _BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImple
 class PreviewMesh:
     """A mesh with the edges that Blender would otherwise compute on every frame change.
 
-    vertices : (V, 3) float32.  triangles : (T, 3) int32.  edges : (E, 2) int32, each once.
+    vertices : (V, 3) float32, about `offset`.  offset : (3,) float64, zeros near the origin.
+    triangles : (T, 3) int32.  edges : (E, 2) int32, each once.
     triangle_edges : (T, 3) int32, the edge from each corner to the next.
     A mesh with collapsed triangles has no edges here, as Blender supports none from a vertex to itself.
     """
 
     vertices: np.ndarray
+    offset: np.ndarray
     triangles: np.ndarray
     edges: np.ndarray
     triangle_edges: np.ndarray
@@ -44,10 +47,16 @@ class PreviewMesh:
         """Vertices and triangles in their order."""
         from ..core.geometry.half_edges import HalfEdges  # late: SciPy comes with it, and may be missing
 
-        vertices, table = mesh.vertices.astype(np.float32), HalfEdges.of(mesh)
+        table, offset = HalfEdges.of(mesh), storage_offset(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
+        vertices = (mesh.vertices - offset).astype(np.float32)
         if (table.start == table.end).any():
-            return cls(vertices, mesh.triangles, np.empty((0, 2), np.int32), np.empty((0, 3), np.int32))
-        return cls(vertices, mesh.triangles, table.edges, table.edge.reshape(-1, 3).astype(np.int32))
+            return cls(vertices, offset, mesh.triangles, np.empty((0, 2), np.int32), np.empty((0, 3), np.int32))
+        return cls(vertices, offset, mesh.triangles, table.edges, table.edge.reshape(-1, 3).astype(np.int32))
+
+    def about(self, offset: np.ndarray) -> PreviewMesh:
+        """The same mesh, its vertices stored about another offset, (3,) float64."""
+        moved = (self.vertices + (self.offset - offset)).astype(np.float32)
+        return self if np.array_equal(offset, self.offset) else replace(self, vertices=moved, offset=offset)
 
     @property
     def nbytes(self) -> int:

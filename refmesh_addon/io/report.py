@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass, field
 from importlib import metadata
 from pathlib import Path
 
+import numpy as np
+
 from ..core.errors import RefMeshError
 from ..core.evaluation.distances import Distances
 from ..core.settings import Settings
@@ -101,14 +103,16 @@ class FrameReport:
 class Report:
     """Filled stage by stage and written after each.
 
-    seconds : stage -> time it took.  bbox_diagonal : of the whole sequence, scene units.  tracking : figures of the
-    volume tracking.  centers_playback : path relative to the output folder.
+    seconds : stage -> time it took.  bbox_diagonal : of the whole sequence, scene units.  offset : what is missing
+    in the positions of playback files, which are in single precision; all others are in the coordinates of the input.
+    tracking : figures of the volume tracking.  centers_playback : path relative to the output folder.
     """
 
     input: str
     sequence: Sequence
     settings: Settings
     bbox_diagonal: float = 0.0
+    offset: tuple[float, ...] = (0.0, 0.0, 0.0)
     centers_playback: str | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     tracking: dict[str, object] = field(default_factory=dict)
@@ -126,6 +130,7 @@ class Report:
             "versions": versions(),
             "seconds": {stage: round(seconds, 3) for stage, seconds in self.seconds.items()},
             "bbox_diagonal": self.bbox_diagonal,
+            "offset": list(self.offset),
             "centers_playback": self.centers_playback,
             "tracking": self.tracking,
             "groups": [_without_none(group) for group in self.groups],
@@ -158,6 +163,11 @@ def read_report(output: str | Path) -> dict[str, object]:
     if schema != SCHEMA:
         raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")
     return report
+
+
+def stored_offset(report: dict) -> np.ndarray:
+    """(3,) float64 about which the playback files of a report are stored."""
+    return np.array(report.get("offset", (0.0, 0.0, 0.0)), dtype=np.float64)
 
 
 def versions() -> dict[str, str | None]:

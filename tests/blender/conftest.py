@@ -39,12 +39,7 @@ def blender():
 @pytest.fixture
 def frames(tmp_path) -> Path:
     """Folder of an ellipsoid that moves and grows, with another triangulation in every frame."""
-    folder = tmp_path / "ball"
-    folder.mkdir()
-    for number in NUMBERS:
-        sphere = trimesh.creation.uv_sphere(count=[8 + number % 3, 9])
-        (folder / f"ball_{number:04d}.obj").write_text(_obj(place(sphere.vertices, number), sphere.faces))
-    return folder
+    return write_frames(tmp_path / "ball")
 
 
 @pytest.fixture
@@ -67,6 +62,15 @@ def solved(blender, ball, results):
     return ball
 
 
+def write_frames(folder: Path, offset: np.ndarray | float = 0.0) -> Path:
+    """offset : (3,), from the origin."""
+    folder.mkdir()
+    for number in NUMBERS:
+        sphere = trimesh.creation.uv_sphere(count=[8 + number % 3, 9])
+        (folder / f"ball_{number:04d}.obj").write_text(_obj(place(sphere.vertices, number) + offset, sphere.faces))
+    return folder
+
+
 def place(vertices: np.ndarray, number: int) -> np.ndarray:
     """The motion that the frames show, for any points on the unit sphere."""
     return vertices * [1.0, 1.5 + 0.1 * number, 0.8] + [0.1 * number, 2.0, 0.0]
@@ -83,15 +87,17 @@ def reference(index: int) -> TriangleMesh:
     return TriangleMesh(sphere.vertices, sphere.faces)
 
 
-def write_results(out: Path, frames: Path) -> Path:
+def write_results(out: Path, frames: Path, offset: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Path:
+    """offset : of all positions from the origin, about which playback files are."""
     for folder in ("reference", "deformed", "playback"):
         (out / folder).mkdir(parents=True, exist_ok=True)
     report = Report(str(frames), find_sequence(frames), Settings(), bbox_diagonal=4.0, centers_playback="playback/centers-0.pc2")
+    report.offset = offset
     points = np.random.default_rng(0).normal(size=(CENTERS, 3))
     timeline = [max(number for number in NUMBERS if number <= frame) for frame in range(NUMBERS[0], NUMBERS[-1] + 1)]
     write_pc2(out / report.centers_playback, [place(points, number) for number in timeline], CENTERS, len(timeline))
     positions = np.array([place(points, number) for number in NUMBERS])
-    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions, **center_attributes(positions, 0.5)})
+    write_npz(out / "centers.npz", {"frames": np.array(NUMBERS), "positions": positions + offset, **center_attributes(positions, 0.5)})
     for index, numbers in enumerate(GROUPS):
         _write_group(out, report, index, numbers)
     report.write(out)
@@ -117,7 +123,7 @@ def _write_group(out: Path, report: Report, index: int, numbers: tuple[int, ...]
         playback=f"playback/group_{index:03d}-0.pc2",
     )
     report.groups.append(group)
-    write_ply(out / group.reference, mesh)
+    write_ply(out / group.reference, mesh.moved(mesh.vertices + report.offset))
     write_pc2(out / group.playback, [place(mesh.vertices, number) for number in numbers], len(mesh.vertices), len(numbers))
     for number in numbers:
         distances = Distances(0.001 * number, 0.002, 0.003, 0.004)
@@ -131,7 +137,7 @@ def _write_group(out: Path, report: Report, index: int, numbers: tuple[int, ...]
             d2_psnr=70.0,
         )
         colors = error_colors(0.002 * (1 + mesh.vertices[:, 1]))
-        write_ply(out / frame.deformed, mesh.moved(place(mesh.vertices, number)), colors, velocities(mesh.vertices, number))
+        write_ply(out / frame.deformed, mesh.moved(place(mesh.vertices, number) + report.offset), colors, velocities(mesh.vertices, number))
         report.frames.append(frame)
 
 
@@ -143,5 +149,5 @@ def read_triangles(source: bpy.types.Mesh) -> np.ndarray:
 
 
 def _obj(vertices: np.ndarray, triangles: np.ndarray) -> str:
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    lines = [f"v {x:.15g} {y:.15g} {z:.15g}" for x, y, z in vertices]
     return "\n".join(lines + [f"f {a} {b} {c}" for a, b, c in triangles + 1]) + "\n"

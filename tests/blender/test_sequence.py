@@ -7,6 +7,7 @@ import logging
 import bpy
 import numpy as np
 import pytest
+import trimesh
 from mathutils import Vector
 
 from refmesh_addon.bridge.scene.focus import longest_side
@@ -199,3 +200,16 @@ def test_a_person_of_18_meters_is_said_and_scaled(blender, frames):
     assert longest_side(owner, blender.context.scene) == pytest.approx(1.87)
     with pytest.raises(RuntimeError, match="a usual size"):
         blender.ops.refmesh.scale_sequence()
+
+
+def test_another_reading_of_the_names_can_be_chosen(blender, tmp_path):
+    for number in range(3):
+        for level in range(2):
+            trimesh.creation.box().export(tmp_path / f"scan_{number:04d}_lod{level}.ply")
+    blender.ops.refmesh.import_sequence(filepath=str(tmp_path / "scan_0001_lod0.ply"))
+    assert [frame.name for frame in blender.context.active_object.refmesh.frames] == ["0", "1", "2"]
+    other = str(tmp_path / "scan_0001_lod#.ply")
+    blender.ops.refmesh.import_sequence(filepath=str(tmp_path / "scan_0001_lod0.ply"), reading=other)
+    state = blender.context.active_object.refmesh
+    assert [frame.name for frame in state.frames] == ["0", "1"]
+    assert state.source == other

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ...core.options import option
 from ...io.formats import GLB
+from ..scene.far_origin import offset_of, place_in_world
 from ..scene.timeline import timeline
 from .export import Export
 from .files import replacing
@@ -17,6 +20,9 @@ from .frame_groups import diagonal, frame_groups, frame_rate
 from .layers import groups_to_attributes, has_materials, supported
 from .pictures import show_steady
 from .stand_ins import morphing_stand_ins
+
+if TYPE_CHECKING:
+    from ...io.refmesh_stream.writer import FrameGroup
 
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # Blender's axes to those of glTF
 
@@ -57,13 +63,20 @@ def _write_small(export: Export) -> list[Path]:
 
     options: GlbOptions = export.options
     target = export.target(GLB.extensions[0])
-    placement = Y_UP @ np.array(export.owner.refmesh.root.matrix_world)
+    root = export.owner.refmesh.root
+    placement = Y_UP @ np.array(place_in_world(root))
     choice = SmallGlb(options.error / 100, packed=options.packed, normals=options.normals, placement=placement)
     size, rate = diagonal(export), frame_rate()
     if options.mbps:
-        choice = within_rate(next(frame_groups(export, by_scene_frame=True)), size, rate, choice, options.mbps)
-    write_small_glb(target, frame_groups(export, by_scene_frame=True), size, rate, choice)
+        choice = within_rate(next(_groups_about_root(export)), size, rate, choice, options.mbps)
+    write_small_glb(target, _groups_about_root(export), size, rate, choice)
     return [target]
+
+
+def _groups_about_root(export: Export) -> Iterator[FrameGroup]:
+    """The groups about the offset that the root carries, so that its rotation turns no large numbers."""
+    offset = offset_of(export.owner.refmesh.root)
+    return (replace(group, positions=group.positions - offset) for group in frame_groups(export, by_scene_frame=True))
 
 
 def _write_full(export: Export) -> list[Path]:

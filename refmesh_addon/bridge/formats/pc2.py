@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ...io.formats import Format
 from ...io.pc2 import pc2_shape, read_pc2, write_pc2
+from ...io.ply import read_surface, write_ply
 from ...io.report import read_report
 from ..results.corrections import active_corrections
 from ..scene.playback import cache_path
@@ -21,7 +22,7 @@ def write(export: Export) -> list[Path]:
         group, stem = report["groups"][index], f"{export.name}_group_{index:03d}"
         samples = [frame - export.owner.refmesh.groups[index].start for frame in frames]
         written.append(_copy_samples(_cache(export, index, group), export.folder / f"{stem}.pc2", samples))
-        written.append(copy_result(export.results / group["reference"], export.folder / f"{stem}.ply"))
+        written.append(_copy_reference(export.results / group["reference"], export.folder / f"{stem}.ply", report.get("offset", [])))
     return written
 
 
@@ -29,6 +30,16 @@ def _cache(export: Export, index: int, entry: dict) -> Path:
     """What the group plays: the point cache of the results, or the one with corrections."""
     group = export.owner.refmesh.groups[index]
     return cache_path(group.deformed) if active_corrections(group) else export.results / entry["playback"]
+
+
+def _copy_reference(source: Path, target: Path, offset: list[float]) -> Path:
+    """The reference mesh about the offset of the point cache, which its header names; the file as it is near the origin."""
+    if not any(offset):
+        return copy_result(source, target)
+    mesh = read_surface(source)
+    place = " ".join(f"{value:.17g}" for value in offset)
+    write_ply(target, mesh.moved(mesh.vertices - offset), comment=f"offset {place} is to be added to the positions here and in the .pc2")
+    return target
 
 
 def _copy_samples(cache: Path, target: Path, samples: list[int]) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 from ...io.files import output_folder
 from ...io.formats import PLY
 from ...io.ply import replace_positions
-from ...io.report import read_report
+from ...io.report import read_report, stored_offset
 from ..results.corrections import corrected_positions
 from .export import Export
 from .files import copy_result
@@ -28,7 +28,7 @@ def _write_frame(export: Export, index: int, scene_frame: int, source: Path, fol
     target = copy_result(source, folder / source.name)
     corrected = corrected_positions(export.owner, index, scene_frame)
     if corrected is not None:
-        replace_positions(target, corrected)
+        replace_positions(target, corrected + stored_offset(read_report(export.results)))
     return target
 
 

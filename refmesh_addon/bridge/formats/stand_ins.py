@@ -18,6 +18,7 @@ from ..results.corrections import LAYER as CORRECTION
 from ..results.groups import spans
 from ..results.heat_map import ATTRIBUTE as ERROR_LAYER
 from ..scene.animation import keep_only_modifiers, key_between
+from ..scene.far_origin import results_in_world
 from ..scene.geometry_update import OWN_LAYERS
 from ..scene.meshes import read_positions, set_positions
 from ..scene.objects import remove_object
@@ -37,7 +38,7 @@ def cached_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
     root = bpy.data.objects.new(f"{owner.refmesh.root.name}_root", None)
     copies = {index: _copy_of(export, index, root) for index in export.choice.groups}
     try:
-        root.matrix_world = owner.refmesh.root.matrix_world
+        root.matrix_world = results_in_world(owner.refmesh.root)
         for member in selected:
             member.select_set(False)
         for member in (root, *copies.values()):

@@ -15,6 +15,7 @@ from ...core.evaluation import error_scale
 from ...core.types import TriangleMesh
 from ...io.files import output_folder, read_npz
 from ...io.ply import read_surface
+from ...io.preview import PreviewMesh
 from ...io.report import read_report
 from ..results.heat_map import read_error_colors
 from ..results.textures import load_image
@@ -66,9 +67,10 @@ def _results_of(number: int, results: Path) -> tuple[dict, dict]:
     return group, next((frame for frame in report["frames"] if frame["number"] == number), {})
 
 
-def _actor(scene: bpy.types.Scene, mesh: TriangleMesh, material: bpy.types.Material) -> bpy.types.Object:
+def _actor(scene: bpy.types.Scene, mesh: TriangleMesh | PreviewMesh, material: bpy.types.Material) -> bpy.types.Object:
     data = bpy.data.meshes.new("RefMesh preview")
-    fill_mesh(data, mesh)
+    # About an offset of its own: only its shape shows, and in single precision it has none far from the origin.
+    fill_mesh(data, mesh if isinstance(mesh, PreviewMesh) else PreviewMesh.of(mesh))
     data.materials.append(material)
     return add(scene, "RefMesh preview", data)
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from ...io.pc2 import read_pc2
 from ...io.preview import PreviewMesh
+from ..scene.far_origin import RESULTS_OFFSET, offset_of, results_shift
 from ..scene.geometry_update import Shape, update_geometry
 from ..scene.materials import DEFORMED_COLOR, REFERENCE_COLOR, plain_material
 from ..scene.objects import new_member, remove_object
@@ -83,10 +85,20 @@ def arrange(owner: bpy.types.Object) -> None:
             place(owner, member, COLUMNS[kind])
 
 
+def place_results(owner: bpy.types.Object, offset: np.ndarray) -> None:
+    """Places results anew where they are stored about another offset, (3,), than those before them."""
+    root, before = owner.refmesh.root, results_shift(owner.refmesh.root)
+    if not np.array_equal(offset, root.get(RESULTS_OFFSET, offset_of(root))):
+        root[RESULTS_OFFSET] = offset.tolist()
+    if not np.array_equal(before, results_shift(root)):
+        arrange(owner)
+
+
 def place(owner: bpy.types.Object, member: bpy.types.Object, column: int) -> None:
     """Moves an object to its column of the row, or to the place of the source."""
     state = owner.refmesh
-    member.location = (0.0 if state.arrangement == "OVERLAY" else column * state.side_step, 0.0, 0.0)
+    step = 0.0 if state.arrangement == "OVERLAY" else column * state.side_step
+    member.location = results_shift(state.root) + (step, 0.0, 0.0)
 
 
 def remove_deformed(owner: bpy.types.Object) -> None:

@@ -14,7 +14,7 @@ from ..scene.markers import show_markers
 from ..scene.paths import absolute_path, stored_path
 from .centers import show_centers
 from .freshness import fingerprint
-from .groups import arrange, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .groups import arrange, place_results, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
 from .own_mesh import find_own_mesh
 from .reading import Results
 from .status import used_settings
@@ -40,6 +40,7 @@ def scene_updates(results: Results, kinds: set[str] | None = None) -> Iterator[S
     groups, before, carried = results.report["groups"], set(kinds or ()), {}
     if kinds is None:
         yield lambda owner: before.update(present_kinds(owner))
+    yield lambda owner: place_results(owner, results.offset)
     yield lambda owner: _set_side_step(owner, results)
     yield lambda owner: _show_centers(owner, results)
     yield lambda owner: resize_groups(owner, len(groups))

@@ -11,6 +11,7 @@ from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.ply import write_ply
+from ..scene.far_origin import offset_of
 from ..scene.geometry_update import OWN_MESH
 from ..scene.meshes import read_positions
 
@@ -38,7 +39,8 @@ def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, folder: Pat
         if matrix.determinant() < 0:
             mesh.flip_normals()
     path = output_folder(folder) / FILE_NAME
-    write_ply(path, _triangulated(mesh))
+    triangulated = _triangulated(mesh)
+    write_ply(path, triangulated.moved(triangulated.vertices + offset_of(owner.refmesh.root)))
     _keep(owner, mesh, path)
     return path
 

@@ -13,7 +13,7 @@ from ...core.findings import CENTER_ATTRIBUTES
 from ...io.files import CENTERS_NAME, read_npz
 from ...io.ply import read_surface
 from ...io.preview import PreviewMesh
-from ...io.report import read_report
+from ...io.report import read_report, stored_offset
 from ..scene.playback import check_cache
 from .centers import spacing
 
@@ -22,11 +22,13 @@ from .centers import spacing
 class Results:
     """What an output folder holds, read and checked.
 
-    positions : (F, C, 3) centers, `spacing` apart.  attributes : of each center.  meshes : of each group.
+    offset : (3,) about which positions and meshes are stored.  positions : (F, C, 3) centers, `spacing` apart.
+    attributes : of each center.  meshes : of each group.
     """
 
     folder: Path
     report: dict
+    offset: np.ndarray
     positions: np.ndarray
     spacing: float
     attributes: dict[str, np.ndarray]
@@ -46,11 +48,12 @@ def read_results(folder: Path, known: dict[int, int]) -> Results:
             f"{folder / 'report.json'}: has frame {foreign[0]}, which is not in this sequence; choose the results of this sequence"
         )
     centers = read_centers(folder)
-    positions = centers["positions"]
+    offset = stored_offset(report)
+    positions = centers["positions"] - offset
     check_cache(folder / report["centers_playback"], positions.shape[1])
     center_spacing = report["tracking"].get("center_spacing") or spacing(positions[0])
     attributes = {name: centers[name] for name in CENTER_ATTRIBUTES if name in centers}
-    return Results(folder, report, positions, center_spacing, attributes, _read_references(folder, report["groups"]))
+    return Results(folder, report, offset, positions, center_spacing, attributes, _read_references(folder, report["groups"], offset))
 
 
 def read_centers(folder: Path) -> dict[str, np.ndarray]:
@@ -68,8 +71,8 @@ def read_centers(folder: Path) -> dict[str, np.ndarray]:
         raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
 
 
-def _read_references(folder: Path, groups: list[dict]) -> list[PreviewMesh]:
-    meshes = [PreviewMesh.of(read_surface(folder / group["reference"])) for group in groups]
+def _read_references(folder: Path, groups: list[dict], offset: np.ndarray) -> list[PreviewMesh]:
+    meshes = [PreviewMesh.of(read_surface(folder / group["reference"])).about(offset) for group in groups]
     for group, mesh in zip(groups, meshes):
         if group.get("playback"):
             check_cache(folder / group["playback"], len(mesh.vertices))

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ...core.geometry.storage_offset import storage_offset
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.pc2 import write_pc2
@@ -26,14 +27,16 @@ def import_stream(scene: bpy.types.Scene, path: Path, folder: Path, up_axis: str
     reader = StreamReader(path)
     target, stem = output_folder(folder), path.stem
     starts = [entry.numbers[0] - reader.entries[0].numbers[0] + 1 for entry in reader.entries]
-    root = new_root(scene, stem, up_axis, 1.0)
+    first = reader.group(0)
+    offset = storage_offset(first.positions[0].min(axis=0), first.positions[0].max(axis=0))
+    root = new_root(scene, stem, up_axis, 1.0, offset)
     for index, start in enumerate(starts):
-        group, last = reader.group(index), index + 1 == len(starts)
+        group, last = (reader.group(index) if index else first), index + 1 == len(starts)
         member = new_member(root, f"{stem}_group_{index:03d}", deformed_material(), "result")
-        fill_mesh(member.data, TriangleMesh(group.positions[0], group.triangles))
+        fill_mesh(member.data, TriangleMesh(group.positions[0] - offset, group.triangles))
         cache = target / f"{stem}_group_{index:03d}.pc2"
         samples = _with_gaps_held(group)
-        write_pc2(cache, (group.positions[sample] for sample in samples), group.positions.shape[1], len(samples))
+        write_pc2(cache, (group.positions[sample] for sample in samples), group.positions.shape[1], len(samples), offset)
         play_cache(member, cache, start)
         show_only_between(member, start if index else None, None if last else starts[index + 1])
     return root

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 
 import bpy
+import numpy as np
+
+from .far_origin import carry_offset
 
 # Input coordinates stay as they are; only the root is rotated so that "up" is Blender's Z.
 QUARTER = math.pi / 2
@@ -22,14 +25,18 @@ KIND = "refmesh_kind"  # custom property of a collection that holds one kind of 
 KINDS = ("source", "centers", "reference", "result")
 
 
-def new_root(scene: bpy.types.Scene, name: str, up_axis: str, unit: float) -> bpy.types.Object:
-    """A collection called `name` in the scene and the root Empty in it. unit : scene units in one unit of the files."""
+def new_root(scene: bpy.types.Scene, name: str, up_axis: str, unit: float, offset: np.ndarray) -> bpy.types.Object:
+    """A collection called `name` in the scene and the root Empty in it.
+
+    unit : scene units in one unit of the files.  offset : (3,) about which data far from the origin is stored; zeros near it.
+    """
     collection = bpy.data.collections.new(name)
     scene.collection.children.link(collection)
     root = bpy.data.objects.new(name, None)
     root.rotation_euler = ROOT_ROTATION[up_axis]
     root.scale = (unit, unit, unit)
     collection.objects.link(root)
+    carry_offset(root, offset)
     return root
 
 

@@ -13,6 +13,7 @@ import bpy
 from ...io.frame_store import FrameStore
 from ...io.preview import PreviewMesh
 from ...io.sequence import Sequence, timeline_frame
+from ..scene.far_origin import offset_of
 from ..scene.materials import SOURCE_COLOR, plain_material
 from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, new_root
@@ -50,7 +51,7 @@ def new_sequence(
 
     The root alone carries axis and unit: data and results stay in the coordinates of the files.
     """
-    root = new_root(scene, name, up_axis, unit)
+    root = new_root(scene, name, up_axis, unit, first.offset)
     owner = new_member(root, f"{name} source", plain_material("RefMesh Source", SOURCE_COLOR), "source")
     root.refmesh.sequence, owner.refmesh.root = owner, root
     for frame in sequence.frames:
@@ -76,5 +77,6 @@ def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
     """
     frame = frame_at(owner, scene_frame)
     if frame.name != owner.refmesh.shown and not is_linked(owner):
-        fill_mesh(owner.data, read_frame(absolute_path(owner, frame.path), absolute_path(owner, owner.refmesh.output)))
+        mesh = read_frame(absolute_path(owner, frame.path), absolute_path(owner, owner.refmesh.output))
+        fill_mesh(owner.data, mesh.about(offset_of(owner.refmesh.root)))
         owner.refmesh.shown = frame.name

@@ -11,6 +11,7 @@ import numpy as np
 from ...core.capture.floaters import without_floaters
 from ...core.errors import RefMeshError
 from ...core.geometry.holes import capped
+from ...core.geometry.storage_offset import storage_offset
 from ...core.types import TriangleMesh
 from ...io.sequence import Sequence
 from .capture import CapturedSequence, capture_sequence
@@ -53,6 +54,11 @@ class Frames:
     def diagonal(self) -> float:
         """Of the box around the whole sequence, scene units."""
         return float(np.linalg.norm(self.boxes[:, 1].max(axis=0) - self.boxes[:, 0].min(axis=0)))
+
+    @property
+    def offset(self) -> np.ndarray:
+        """(3,) about which positions are stored in single precision, by the first frame; zeros near the origin."""
+        return storage_offset(*self.boxes[0])
 
     def path(self, index: int) -> Path:
         """The file of a frame."""

@@ -69,5 +69,5 @@ def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGr
     playback = f"playback/group_{group.index:03d}-{group.key[:KEY_LENGTH]}.pc2"
     count = len(deformed.references[group.index].mesh.vertices)
     shown = [group.frames.index(frame) for frame in held_frames(context.frames.sequence) if frame in group.frames]
-    write_pc2(context.output / playback, (deformed.row(group, row).vertices for row in shown), count, len(shown))
+    write_pc2(context.output / playback, (deformed.row(group, row).vertices for row in shown), count, len(shown), context.frames.offset)
     context.report.groups[group.index] = replace(context.report.groups[group.index], playback=playback)

@@ -61,6 +61,6 @@ def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:
     output_folder(context.output / "playback")
     path = f"playback/centers-{key[:KEY_LENGTH]}.pc2"
     shown = held_frames(context.frames.sequence)
-    write_pc2(context.output / path, (positions[index] for index in shown), positions.shape[1], len(shown))
+    write_pc2(context.output / path, (positions[index] for index in shown), positions.shape[1], len(shown), context.frames.offset)
     context.report.centers_playback = path
     context.remove_stale("playback/centers-*.pc2", keep=[path])
