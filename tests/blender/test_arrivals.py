@@ -19,6 +19,7 @@ def test_a_group_plays_as_soon_as_it_is_there(blender, ball, results):
     assert show_group(ball, read_group(results, 1)) == ""
     groups = ball.refmesh.groups
     assert [group.start for group in groups] == [numbers[0] for numbers in GROUPS]
+    assert not ball.refmesh.show_reference, "it would stand in the result"
     assert groups[0].deformed is None and not ball.refmesh.done
     blender.context.scene.frame_set(11)
     shown = groups[1].deformed.evaluated_get(blender.context.evaluated_depsgraph_get())

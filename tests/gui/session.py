@@ -262,6 +262,7 @@ def save_and_open() -> Iterator[float | None]:
     state = owner().refmesh
     deformed = state.groups[0].deformed
     seen["reopened"] = {"done": sorted(state.done), "output": state.output, "cache": deformed.modifiers[0].filepath}
+    state.show_source = True
     bpy.context.scene.frame_set(bpy.context.scene.frame_end)
     yield None
     seen["shown_after_reopening"] = state.shown

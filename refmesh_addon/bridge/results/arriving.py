@@ -46,13 +46,14 @@ def show_group(owner: bpy.types.Object, arrived: ArrivedGroup) -> str:
     """Creates or updates the objects of one group. Returns what to tell where anything was carried to another topology."""
     state = owner.refmesh
     place_results(owner, arrived.offset)
+    had_references = any(group.reference for group in state.groups)
     resize_groups(owner, len(arrived.starts))
     for group, number in zip(state.groups, arrived.starts, strict=True):
         group.start = state.frames[str(number)].scene_frame
     kinds = show_reference(owner, arrived.index, arrived.mesh)
     kinds = show_deformed(owner, arrived.index, arrived.mesh, arrived.playback) or kinds
     show_in_turn(owner, arrived.index)
-    state.show_result = True
+    state.show_result, state.show_reference = True, state.show_reference and had_references
     switch_kinds(owner)
     for scene in owner.users_scene:
         scene.frame_set(scene.frame_current)  # evaluates the new keyframes

@@ -12,7 +12,7 @@ STEPS = 20  # of the curve of a stage
 UNMEASURED = 5.0  # seconds for each frame of a whole job of which nothing is known; corrected as soon as it runs
 TRUST = 0.2  # share of the time expected at the start that counts as seen already, where all of it was measured
 # A job of which little is known tells no time before it has worked for so many seconds, and done this share.
-UNSURE_SECONDS, UNSURE_SHARE = 5.0, 0.03
+UNSURE_SECONDS, UNSURE_SHARE = 10.0, 0.1
 MOST_SKIPPED = 0.15  # share of a stage that earlier runs may have done, such as reading its frames, where its time is still a measurement
 LEAST = 0.1  # of an estimate that is left, however long the unit at work takes
 
