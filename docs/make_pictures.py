@@ -24,7 +24,8 @@ sys.path.insert(0, str(ROOT))
 
 from refmesh_addon.bridge.picture.preview import VIEW  # noqa: E402
 from refmesh_addon.bridge.picture.studio import add, render, studio, write  # noqa: E402
-from refmesh_addon.bridge.results.centers import RADIUS_SHARE, colors_by_place, spacing  # noqa: E402
+from refmesh_addon.bridge.results.center_colors import colors_by_place  # noqa: E402
+from refmesh_addon.bridge.results.centers import RADIUS_SHARE, spacing  # noqa: E402
 from refmesh_addon.bridge.scene.materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, plain_material  # noqa: E402
 from refmesh_addon.bridge.scene.meshes import COLOR_NAME, fill_mesh, set_colors  # noqa: E402
 from refmesh_addon.core.types import TriangleMesh  # noqa: E402

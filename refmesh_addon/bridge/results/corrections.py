@@ -69,7 +69,7 @@ def apply_edit(owner: bpy.types.Object, index: int, scene_frame: int, span: tupl
     local[chosen] = offsets[chosen]
     if group.is_edited:
         results = _sample(absolute_path(owner, group.cache), group.start, frame)  # without corrections, as when it is played
-        local[chosen] = LocalFrames(_rest_mesh(mesh), chosen).to_rest(offsets[chosen], results)
+        local[chosen] = LocalFrames(_rest_mesh(mesh), chosen, _longest(offsets)).to_rest(offsets[chosen], results)
     item = group.corrections.add()
     item.layer = _new_layer(mesh)
     item.name, item.first, item.last, item.fade = f"Frame {frame}", *span
@@ -141,13 +141,22 @@ def _corrected_cache(owner: bpy.types.Object, index: int) -> Path:
 def _corrected_samples(source: Path, rest: TriangleMesh, start: int, layers: list[np.ndarray], spans: list[tuple]) -> Iterator[np.ndarray]:
     from ...core.deformation.corrections import LocalFrames, influence
 
-    chosen = np.flatnonzero(np.any([values.any(axis=1) for values in layers], axis=0))
-    frames = LocalFrames(rest, chosen)
+    parts = []
+    for values, span in zip(layers, spans):
+        chosen = np.flatnonzero(values.any(axis=1))
+        offsets = values[chosen].astype(np.float64)
+        parts.append((chosen, offsets, LocalFrames(rest, chosen, _longest(offsets)), span))
     for scene_frame, sample in enumerate(read_pc2(source), start):
-        offsets = sum(influence(scene_frame, *span) * values[chosen].astype(np.float64) for values, span in zip(layers, spans))
         corrected = sample.astype(np.float64)
-        corrected[chosen] += frames.to_pose(offsets, corrected)
+        for chosen, offsets, frames, span in parts:
+            share = influence(scene_frame, *span)
+            if share > 0:
+                corrected[chosen] += share * frames.to_pose(offsets, sample)
         yield corrected
+
+
+def _longest(offsets: np.ndarray) -> float:
+    return float(np.linalg.norm(offsets, axis=1).max(initial=0.0))
 
 
 def _sample(cache: Path, start: int, scene_frame: int) -> np.ndarray:
