@@ -31,7 +31,8 @@ class LocalFrames:
         adjacency = triangle_adjacency(rest)
         degree = np.asarray(adjacency.sum(axis=1)).ravel()
         laplacian = sparse.diags((degree > 0).astype(float)) - sparse.diags(1.0 / np.maximum(degree, TINY)) @ adjacency
-        steps = (reach / max(mean_edge_length(rest), TINY)) ** 2
+        edge = mean_edge_length(rest)
+        steps = (reach / edge) ** 2 if edge > 0 else 0.0
         self._diffusion = splu((sparse.identity(len(degree)) + steps * laplacian).tocsc())
 
     def rotations(self, pose: np.ndarray) -> np.ndarray:
