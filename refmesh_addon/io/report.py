@@ -67,6 +67,7 @@ class FrameReport:
 
     deformed : path relative to the output folder.  flipped : share of triangles that face against their surroundings and against
     the source.  overstretched : share of the surface whose triangles are stretched far beyond the reference.
+    capped : share of the frame's closed surface that closes holes by a guess.
     held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : dB.
@@ -97,6 +98,7 @@ class FrameReport:
     color_ssim: float | None = None
     picture_psnr: float | None = None
     picture_ssim: float | None = None
+    capped: float | None = None
 
 
 @dataclass

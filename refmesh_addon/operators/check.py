@@ -12,7 +12,7 @@ from .job import JobOperator
 
 class REFMESH_OT_check_sequence(JobOperator, bpy.types.Operator):
     """Check every frame for defects: unreadable, empty or duplicate frames, gaps, jumps in size, vertex count and volume, holes, \
-flipped surfaces, missing textures. Also prepares the frames for smooth playback"""
+flipped surfaces, missing textures, frames without volume. Also prepares the frames for smooth playback"""
 
     bl_idname = "refmesh.check_sequence"
     bl_label = "Check Sequence"

@@ -8,6 +8,7 @@ from ..geometry.borders import boundary_edges
 from ..geometry.holes import capped
 from ..geometry.mesh import merged, signed_volume, triangle_areas
 from ..types import TriangleMesh
+from .openness import capped_share, compactness
 from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .seams import stitched
 
@@ -16,7 +17,8 @@ from .seams import stitched
 class MeshStatistics:
     """vertices : of the mesh as it came.  diagonal : of the bounding box, scene units.
     volume : enclosed with holes capped, scene units cubed.  open_edges : edges with a triangle on one side only.
-    inward : share of the area that faced inward.
+    inward : share of the area that faced inward.  capped : share of the closed surface that caps holes.
+    compactness : of the closed surface, see `openness`.
     """
 
     vertices: int
@@ -24,6 +26,8 @@ class MeshStatistics:
     volume: float
     open_edges: int
     inward: float
+    capped: float
+    compactness: float
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,15 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
     consistent = reoriented(whole, patches)
     bodies = inside_out_bodies(consistent)
     outward = reoriented(consistent, bodies)
-    areas = triangle_areas(whole)
+    areas, closed = triangle_areas(whole), capped(outward)
+    volume = signed_volume(closed)
     statistics = MeshStatistics(
         vertices=len(mesh.vertices),
         diagonal=whole.diagonal,
-        volume=signed_volume(capped(outward)),
+        volume=volume,
         open_edges=len(boundary_edges(consistent)),
         inward=float(areas[patches ^ bodies].sum() / areas.sum()),
+        capped=capped_share(outward, closed),
+        compactness=compactness(closed, volume),
     )
     return CapturedFrame(outward, bool(bodies.any()), statistics)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..findings import SEVERITIES, Finding
+from .openness import LARGEST_CAPPED, openness
 
 LARGEST_SCALE_JUMP = 5.0  # ratio of a frame's bounding-box diagonal to the median beyond which the pipeline refuses it
 SCALE_JUMP = 1.5  # the same ratio to the frames around it, where bodies come and go
@@ -25,7 +26,7 @@ class FrameStatistics:
     """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
-    vertices, diagonal, volume, open_edges, inward : see `MeshStatistics`.
+    vertices, diagonal, volume, open_edges, inward, capped, compactness : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
     omitted_faces : faces of the file that have fewer than three corners.
     """
@@ -38,6 +39,8 @@ class FrameStatistics:
     volume: float = 0.0
     open_edges: int = 0
     inward: float = 0.0
+    capped: float = 0.0
+    compactness: float = 1.0
     missing_textures: tuple[str, ...] = ()
     omitted_faces: int = 0
 
@@ -59,6 +62,7 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> lis
         *_scales(readable),
         *_jumps(readable, "vertex count", COUNT_JUMP, lambda frame: frame.vertices),
         *_jumps(readable, "volume", VOLUME_JUMP, lambda frame: abs(frame.volume)),
+        *_open(readable),
         *_notes(readable, "holes", lambda frame: frame.open_edges, "{:d} edges are open; holes are capped where volume counts"),
         *_notes(readable, "facing", _inward, "{:.0%} of the surface faces inward; it is flipped"),
         *_notes(readable, "faces", lambda frame: frame.omitted_faces, "{:d} degenerate faces with fewer than three corners are left out"),
@@ -66,6 +70,16 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> lis
     ]
     order = list(SEVERITIES)
     return sorted(findings, key=lambda finding: (order.index(finding.severity), finding.frame))
+
+
+def _open(frames: Sequence[FrameStatistics]) -> list[Finding]:
+    """A warning for each frame without volume; for most frames, one for the whole take, at the worst."""
+    reasons = {frame.number: openness(frame.capped, frame.compactness) for frame in frames}
+    affected = [frame for frame in frames if reasons[frame.number]]
+    if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
+        return [Finding("open", "warning", frame.number, reasons[frame.number]) for frame in affected]
+    worst = max(affected, key=lambda frame: (frame.capped > LARGEST_CAPPED, frame.capped, -frame.compactness))
+    return [Finding("open", "warning", worst.number, f"{reasons[worst.number]}; in {len(affected)} of {len(frames)} frames, here the most")]
 
 
 def _inward(frame: FrameStatistics) -> float:

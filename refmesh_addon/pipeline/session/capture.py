@@ -22,7 +22,7 @@ from .cache import digest
 from .cached_map import WorkUnit, cached_map
 from .session import Session, StageShare
 
-FRAME_SCHEMA = 6
+FRAME_SCHEMA = 7
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from ...core.capture.floaters import without_floaters
+from ...core.capture.openness import openness
 from ...core.errors import RefMeshError
 from ...core.geometry.holes import capped
 from ...core.geometry.storage_offset import storage_offset
 from ...core.types import TriangleMesh
+from ...io.frame_range import format_ranges
 from ...io.sequence import Sequence
 from .capture import CapturedSequence, capture_sequence
 from .session import Session, StageShare
@@ -27,18 +29,19 @@ class Frames:
     mesh(index) : as captured.  surface(index) : the same without floaters, what is followed and fitted.
     body(index) : the surface with its holes capped, so that it encloses a volume.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
-    corners.  diagonals : (F,) of the boxes, scene units.
+    corners.  diagonals : (F,) of the boxes, scene units.  statistics : of each frame as it came.
     Raises RefMeshError, naming the file, for a frame that is not of the size of the others.
     """
 
     def __init__(self, sequence: Sequence, captured: CapturedSequence):
         self.sequence, self._files = sequence, captured.files
         self.keys = [captured.keys[index] for index in range(len(sequence.frames))]
-        self.counts, self.inside_out, boxes = [], [], []
+        self.counts, self.inside_out, self.statistics, boxes = [], [], [], []
         for file in captured.files.values():
             frame = file.captured
             self.counts.append(len(frame.mesh.triangles))
             self.inside_out.append(frame.inside_out)
+            self.statistics.append(frame.statistics)
             boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
@@ -81,10 +84,22 @@ class Frames:
             )
 
 
+def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
+    """One warning for all frames without volume, at the worst."""
+    numbers = frames.sequence.numbers
+    open_frames = [index for index, one in enumerate(frames.statistics) if openness(one.capped, one.compactness)]
+    if open_frames:
+        worst = max(open_frames, key=lambda index: (frames.statistics[index].capped, -frames.statistics[index].compactness))
+        reason = openness(frames.statistics[worst].capped, frames.statistics[worst].compactness)
+        ranges = format_ranges(numbers[index] for index in open_frames)
+        warn(f"frame {numbers[worst]}: {reason} (of {len(numbers)} frames this holds for {len(open_frames)}: {ranges})")
+
+
 def read_frames(session: Session, sequence: Sequence, share: StageShare, warn: Callable[[str], None]) -> Frames:
     """The frames of a sequence; warns of those that were inside out. Raises RefMeshError for a frame that cannot be used."""
     frames = Frames(sequence, capture_sequence(session, sequence, share))
     for frame, inside_out in zip(sequence.frames, frames.inside_out, strict=True):
         if inside_out:
             warn(f"{frame.path}: a body is inside out; its triangles are flipped")
+    _warn_of_open_frames(frames, warn)
     return frames

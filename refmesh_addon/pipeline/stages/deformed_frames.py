@@ -62,7 +62,8 @@ def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, 
     if smoothed.flipped > FLIPPED_WARNING:
         better = "begin another mesh there (--group-starts)" if group.segment else "a smaller --group-size may serve it better"
         context.warn(f"frame {number}: {smoothed.flipped:.2%} of the triangles are flipped; {better}")
-    return FrameReport(number, group.index, deformed_path(number), smoothed.flipped, smoothed.held, smoothed.hidden)
+    capped = context.frames.statistics[group.frames[row]].capped
+    return FrameReport(number, group.index, deformed_path(number), smoothed.flipped, smoothed.held, smoothed.hidden, capped=capped)
 
 
 def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:
