@@ -19,6 +19,7 @@ class REFMESH_OT_scale_sequence(SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
+        from ..bridge.scene.far_origin import scale_root
         from ..bridge.scene.focus import frame_selected, longest_side
         from ..bridge.scene.timeline import widen_clipping
         from ..core.capture.scale import scale_suggestion
@@ -27,7 +28,7 @@ class REFMESH_OT_scale_sequence(SequenceOperator, bpy.types.Operator):
         factor = self.factor or scale_suggestion(longest_side(owner, context.scene))
         if factor == 1.0:
             raise RefMeshError("the sequence has a usual size; give a factor to scale it all the same")
-        owner.refmesh.root.scale *= factor
+        scale_root(owner.refmesh.root, factor)
         context.view_layer.update()
         longest = longest_side(owner, context.scene)
         widen_clipping(longest / context.scene.unit_settings.scale_length)

@@ -59,6 +59,9 @@ class RefMeshGroup(bpy.types.PropertyGroup):
     reason: StringProperty(name="Reason", description="Why another mesh begins here")
     reference: PointerProperty(type=bpy.types.Object, name="Reference Mesh", description="Reference mesh of this group")
     deformed: PointerProperty(type=bpy.types.Object, name="Deformed Mesh", description="Reference mesh as it moves through this group")
+    kept: PointerProperty(
+        type=bpy.types.Object, name="Kept Mesh", description="Deformed mesh with work on it, until there are results for it again"
+    )
     cache: StringProperty(
         name="Cache", description="Point cache of the results, without corrections", subtype="FILE_PATH", options={"HIDDEN", *RELATIVE}
     )

@@ -234,3 +234,28 @@ def test_a_report_of_other_settings_changes_nothing_on_the_objects(blender, dres
     blender.ops.refmesh.load_results()
     assert dressed.refmesh.settings.centers == 777
     check_same(before, work(dressed))
+
+
+def test_work_waits_for_the_next_results_where_a_step_leaves_none(blender, dressed, results):
+    """Running Reference alone removes the deformed meshes; what is on them comes back with the next ones."""
+    whole, before = (results / "report.json").read_text(), work(dressed)
+    report = json.loads(whole)
+    report["frames"] = []
+    for group in report["groups"]:
+        group.pop("playback")
+    (results / "report.json").write_text(json.dumps(report))
+    blender.ops.refmesh.load_results()
+    assert not any(group.deformed for group in dressed.refmesh.groups)
+    (results / "report.json").write_text(whole)
+    blender.ops.refmesh.load_results()
+    check_same(before, work(dressed))
+    assert not dressed.refmesh.groups[0].deformed.users_collection[0].hide_viewport
+
+
+def test_a_group_that_is_no_more_leaves_the_work_that_was_on_it(blender, dressed, results):
+    last = dressed.refmesh.groups[1].deformed
+    report = json.loads((results / "report.json").read_text())
+    report["groups"].pop()
+    (results / "report.json").write_text(json.dumps(report))
+    blender.ops.refmesh.load_results()
+    assert len(dressed.refmesh.groups) == 1 and "UVMap" in last.data.uv_layers and last.users_collection[0].hide_render

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.types import TriangleMesh
 from ...io.ply import read_surface
-from ...io.report import read_report
+from ...io.report import read_report, stored_offset
 from ..results.corrections import corrected_positions
 from .export import Export
 from .files import check_result
@@ -56,4 +56,4 @@ def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
 def shown_vertices(export: Export, index: int, scene_frame: int, mesh: TriangleMesh) -> np.ndarray:
     """(R, 3) vertices of a deformed frame, with the corrections of its group."""
     corrected = corrected_positions(export.owner, index, scene_frame)
-    return mesh.vertices if corrected is None else corrected.astype(np.float64)
+    return mesh.vertices if corrected is None else corrected + stored_offset(read_report(export.results))

@@ -9,23 +9,30 @@ import numpy as np
 
 from ...io.pc2 import read_pc2
 from ...io.preview import PreviewMesh
+from ..scene.attributes import read_attributes
 from ..scene.far_origin import RESULTS_OFFSET, offset_of, results_shift
-from ..scene.geometry_update import Shape, update_geometry
+from ..scene.geometry_update import OWN_LAYERS, Shape, update_geometry
 from ..scene.materials import DEFORMED_COLOR, REFERENCE_COLOR, plain_material
-from ..scene.objects import new_member, remove_object
-from ..scene.playback import show_only_between
+from ..scene.meshes import UV_NAME
+from ..scene.objects import kind_collection, new_member, remove_object
+from ..scene.overrides import NAME as OVERRIDE_NAME
+from ..scene.playback import CACHE_NAME, show_only_between
 from .corrections import play_results
 from .own_mesh import adopt_own_mesh
 
+ERROR_LAYER = "RefMesh Error"  # color attribute of the deformed meshes while their errors are shown
 COLUMNS = {"source": 0, "centers": 1, "reference": 2, "result": 3}  # of the row side by side
 
 
 def resize_groups(owner: bpy.types.Object, count: int) -> None:
-    """Removes the objects of groups beyond `count` and adds empty groups up to it."""
+    """Removes the objects of groups beyond `count` and adds empty groups up to it.
+
+    Objects that a person has worked on are not removed, but hidden in a collection of their own.
+    """
     groups = owner.refmesh.groups
     while len(groups) > count:
-        remove_object(groups[-1].reference)
-        remove_object(groups[-1].deformed)
+        for member in (groups[-1].reference, groups[-1].deformed, groups[-1].kept):
+            _put_aside(owner, member) if has_work(member) else remove_object(member)
         groups.remove(len(groups) - 1)
     while len(groups) < count:
         groups.add()
@@ -47,6 +54,8 @@ def show_deformed(owner: bpy.types.Object, index: int, mesh: PreviewMesh, cache:
     Returns what was carried to another topology.
     """
     group = owner.refmesh.groups[index]
+    if group.deformed is None and group.kept is not None:
+        _take_back(owner, group)
     if group.deformed is None:
         group.deformed = _new_group_object(owner, f"deformed {index:03d}", deformed_material(), "result")
     adopt_own_mesh(owner, group.deformed, len(mesh.vertices))
@@ -102,9 +111,39 @@ def place(owner: bpy.types.Object, member: bpy.types.Object, column: int) -> Non
 
 
 def remove_deformed(owner: bpy.types.Object) -> None:
-    """Removes deformed objects whose results are no longer there."""
+    """Removes deformed objects whose results are no longer there; one that a person has worked on is kept for the next results."""
     for group in owner.refmesh.groups:
-        remove_object(group.deformed)
+        if has_work(group.deformed):
+            group.kept = group.deformed
+            group.deformed = None
+            _put_aside(owner, group.kept)
+        else:
+            remove_object(group.deformed)
+
+
+def has_work(member: bpy.types.Object | None) -> bool:
+    """Whether an object has more than results: layers, vertex groups, shape keys, modifiers or materials of a person."""
+    if member is None:
+        return False
+    mesh, own = member.data, {UV_NAME, *OWN_LAYERS, ERROR_LAYER}
+    layers = [layer for layer in read_attributes(mesh) if layer.name not in own]
+    modifiers = [modifier for modifier in member.modifiers if modifier.name not in (CACHE_NAME, OVERRIDE_NAME)]
+    return bool(layers or modifiers or len(member.vertex_groups) or mesh.shape_keys or len(member.material_slots) > 1)
+
+
+def _put_aside(owner: bpy.types.Object, member: bpy.types.Object) -> None:
+    kept = kind_collection(owner.refmesh.root, "kept")
+    kept.hide_viewport = kept.hide_render = True
+    for collection in member.users_collection:
+        collection.objects.unlink(member)
+    kept.objects.link(member)
+
+
+def _take_back(owner: bpy.types.Object, group: bpy.types.PropertyGroup) -> None:
+    group.deformed, group.kept = group.kept, None
+    for collection in group.deformed.users_collection:
+        collection.objects.unlink(group.deformed)
+    kind_collection(owner.refmesh.root, "result").objects.link(group.deformed)
 
 
 def _new_group_object(owner: bpy.types.Object, label: str, material: bpy.types.Material, kind: str) -> bpy.types.Object:

@@ -15,10 +15,11 @@ from ..scene.materials import attribute_material
 from ..scene.meshes import set_colors
 from ..scene.overrides import override_material, remove_override
 from ..scene.paths import absolute_path
+from .groups import ERROR_LAYER
 from .visibility import switch_kinds
 
 MATERIAL_NAME = "RefMesh Errors"  # another one, on "Col", is of the preview
-ATTRIBUTE = "RefMesh Error"  # color attribute of the deformed meshes while their errors are shown
+ATTRIBUTE = ERROR_LAYER
 ACTIVE_BEFORE = "refmesh_active_color"  # custom property of the mesh: the color attribute that was active before
 _LINEAR = to_linear(np.arange(256) / 255.0)
 

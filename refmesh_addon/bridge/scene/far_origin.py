@@ -29,6 +29,14 @@ def carry_offset(root: bpy.types.Object, offset: np.ndarray) -> None:
     root.parent = origin
 
 
+def scale_root(root: bpy.types.Object, factor: float) -> None:
+    """Scales everything below a root; data far from the origin stays where the scene shows it."""
+    root.scale *= factor
+    if root.parent is not None and ORIGIN in root.parent:
+        root.location *= factor
+        root.parent.location *= factor
+
+
 def offset_of(root: bpy.types.Object | None) -> np.ndarray:
     """(3,) what is missing in the positions of the objects below a root, in the coordinates of the files."""
     return np.array(root[OFFSET], dtype=np.float64) if root is not None and OFFSET in root else np.zeros(3)
