@@ -15,6 +15,7 @@ from ..core.errors import RefMeshError
 from ..core.evaluation.distances import Distances
 from ..core.settings import Settings
 from .files import write_json
+from .report_schema import check_report
 from .sequence import Sequence
 
 SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not raise it
@@ -153,17 +154,24 @@ def deformed_path(number: int) -> str:
 
 
 def read_report(output: str | Path) -> dict[str, object]:
-    """The report of an output folder. Raises RefMeshError, naming the file, when it is missing, broken or of another schema."""
+    """The report of an output folder.
+
+    Raises RefMeshError, naming the file, when it is missing, broken, of another schema, or names files elsewhere.
+    """
     path = Path(output) / REPORT_NAME
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
         schema = report["schema"]
     except OSError as error:
         raise RefMeshError(f"{path}: no report there ({error.strerror}); run RefMesh on this folder first") from error
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RefMeshError(f"{path}: the report is damaged; run RefMesh on this folder again") from error
     if schema != SCHEMA:
         raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")
+    try:
+        check_report(report, path.parent, GroupReport, FrameReport)
+    except ValueError as error:
+        raise RefMeshError(f"{path}: the report is damaged ({error}); run RefMesh on this folder again") from error
     return report
 
 

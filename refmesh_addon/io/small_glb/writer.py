@@ -153,9 +153,7 @@ def _check_error(written: list[WrittenGroup], choice: SmallGlb) -> None:
         most = f"{choice.targets[1]} morph targets and {worst.triangles} triangles"
         where = f"frames {worst.numbers[0]} to {worst.numbers[-1]}"
         reached = f"{100 * worst.error:.2g}"
-        raise RefMeshError(
-            f"{where}: an error of {100 * choice.error:.3g} % cannot be reached with {most}: allow {reached} %"
-        )
+        raise RefMeshError(f"{where}: an error of {100 * choice.error:.3g} % cannot be reached with {most}: allow {reached} %")
 
 
 def _mesh(container: Container, group: _Candidate, normals: bool) -> dict:
