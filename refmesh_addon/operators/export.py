@@ -24,7 +24,13 @@ SCOPES = [
 ]
 
 
-class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
+class FormatArguments:
+    """The options of all formats as arguments. A class of their own: from Python 3.14 on, a class body cannot add to its annotations."""
+
+    __annotations__ = format_arguments(registry.written_formats())
+
+
+class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
     """Write the deformed meshes for other programs"""
 
     bl_idname = "refmesh.export"
@@ -62,7 +68,6 @@ class REFMESH_OT_export(SequenceOperator, bpy.types.Operator):
     only_check: BoolProperty(
         name="Only Check", description="Only check that this Blender can write the format", options={"HIDDEN", "SKIP_SAVE"}
     )
-    __annotations__ |= format_arguments(registry.written_formats())
 
     def invoke(self, context, event):
         frames = sequence_object(context).refmesh.frames
