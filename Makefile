@@ -28,8 +28,9 @@ test: environment
 	$(PYTEST) $(BPY_TESTS) || status=1; \
 	exit $$status
 
-## make fuzz       decode 20,000 damaged .refmesh files
+## make fuzz       read 100,000 damaged mesh files in child processes with limits, and decode 20,000 damaged .refmesh files
 fuzz: environment
+	$(RUN) -m tests.fuzzing.fuzz 100000
 	REFMESH_DAMAGED_STREAMS=5000 $(RUN) -m pytest -q tests/io/refmesh_stream/test_damage.py
 
 ## make peers      add libigl, Open3D and DracoPy to .venv, for benchmarks
