@@ -53,7 +53,7 @@ def test_two_marks_show_two_bodies_and_make_the_reference_stale(blender, touchin
     assert len(set(shown[:27])) == len(set(shown[27:])) == 1 and shown[0] != shown[-1]
     assert touching.refmesh.center_color == "BODY" and touching.refmesh.center_range == "2 bodies"
     kinds = [step_status(touching.refmesh, stage) for stage in ("tracking", "reference")]
-    assert kinds[0].kind == "current" and kinds[1].text == "stale: other bodies are marked to be apart"
+    assert kinds[0].kind == "current" and kinds[1].text == "out of date: other bodies are marked to be apart"
 
 
 def test_marks_are_added_moved_to_another_body_and_forgotten(blender, touching):

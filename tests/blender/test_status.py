@@ -50,7 +50,7 @@ def test_every_changed_setting_is_named(solved):
     state = solved.refmesh
     state.settings.centers, state.settings.resolution, state.settings.mapping = 77, 99, "rbf"
     text = step_status(state, "reference").text
-    assert all(label in text for label in ("Detail was 1000, is 77", "Voxel Resolution was 256, is 99", "Mapping was Affinity, is Rbf"))
+    assert all(label in text for label in ("Detail was 1000, is 77", "Voxel Resolution was 256, is 99", "Mapping was Affinity, is RBF"))
     assert "Mapping" not in step_status(state, "tracking").text
 
 

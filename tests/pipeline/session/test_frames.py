@@ -37,7 +37,7 @@ class Take:
         return self.source / f"take_{number:03d}.obj"
 
     def open(self) -> Frames:
-        note = lambda stage, number, share: self.progress.append((number, share))
+        note = lambda stage, number, share, skipped=False: self.progress.append((number, share))
         session = Session(self.folder, Cache(self.folder / "cache"), shared_workers(), note)
         return read_frames(session, find_sequence(self.source), StageShare("tracking"), self.warnings.append)
 
