@@ -91,7 +91,7 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any setting of the job")
     arguments = parser.parse_args()
     source = arguments.input or frames_folder(SEQUENCE, FRAMES, arguments.cache)
-    preset = {"group_size": 10, **({} if arguments.input else {"triangles": TRIANGLES})}
+    preset = {"segments": "groups", "group_size": 10, **({} if arguments.input else {"triangles": TRIANGLES})}
     settings = Settings.from_flat({**preset, **dict(arguments.set)})
     checkouts = {"here": ROOT, **({"against": arguments.against.resolve()} if arguments.against else {})}
     with tempfile.TemporaryDirectory() as folder:

@@ -17,7 +17,8 @@ import bpy
 CHECKOUT = Path(__file__).resolve().parents[1]
 PLACE = CHECKOUT / "docs" / "panel"
 FRAMES, SCRATCH = sys.argv[sys.argv.index("--") + 1 :]
-QUICK = {"centers": 300, "resolution": 64, "group_size": 3, "alignment_steps": 1, "fit_rounds": 1, "samples": 1000, "triangles": 4000}
+QUICK = {"segments": "groups", "group_size": 3, "centers": 300, "resolution": 64, "triangles": 4000}
+QUICK |= {"alignment_steps": 1, "fit_rounds": 1, "samples": 1000}
 # Page -> the panels in its picture and its height in pixels.
 PAGES = {
     "sequence": ("sequence", 250),

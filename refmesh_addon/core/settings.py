@@ -61,7 +61,7 @@ class ReferenceSettings(StageSettings):
     """One reference mesh for each group of frames."""
 
     segments: str = option(
-        "groups",
+        "long",
         "How many frames have one mesh, and so one set of vertex numbers and UVs",
         choices={
             "long": "As long as one mesh serves them nearly as well as meshes of their groups",

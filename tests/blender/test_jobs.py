@@ -14,7 +14,7 @@ from refmesh_addon.operators.settings import chosen_settings, settings_warnings
 from refmesh_addon.pipeline.process import presets
 
 # As little work as the pipeline can do on a coarse ball.
-TINY = {"centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "triangles": 300}
+TINY = {"segments": "groups", "centers": 16, "resolution": 16, "group_size": 3, "alignment_steps": 0, "triangles": 300}
 TINY |= {"fit_rounds": 1, "arap_iterations": 1, "samples": 100}
 
 STEPS = {"track": "tracking", "extract_reference": "reference", "deform": "deformation", "evaluate": "evaluation", "color": "color"}

@@ -25,7 +25,8 @@ import bpy
 
 GIVEN, OUTPUT, *ZIP = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 FRAMES = OUTPUT / "frames"  # a copy of what was given, which moves with the scene
-TINY = {"centers": 200, "resolution": 64, "group_size": 4, "alignment_steps": 2, "fit_rounds": 2, "samples": 1000, "triangles": 2000}
+TINY = {"segments": "groups", "group_size": 4, "centers": 200, "resolution": 64, "triangles": 2000}
+TINY |= {"alignment_steps": 2, "fit_rounds": 2, "samples": 1000}
 # Operators that change the scene, with what they would do something with.
 CHANGING = {
     **dict.fromkeys(("run_all", "track", "extract_reference", "deform", "evaluate", "check_sequence", "load_results"), {}),

@@ -17,7 +17,7 @@ from refmesh_addon.io.ply import read_surface
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "headless" / "run.py"
-TINY = "--centers 16 --resolution 16 --group-size 2 --alignment-steps 0 --triangles 300".split()
+TINY = "--segments groups --centers 16 --resolution 16 --group-size 2 --alignment-steps 0 --triangles 300".split()
 TINY += "--fit-rounds 1 --arap-iterations 1 --samples 100".split()
 
 

@@ -11,7 +11,8 @@ from refmesh_addon.core.settings import Settings
 
 FRAMES = (3, 4, 5)
 TINY = Settings.from_flat(
-    {"centers": 50, "resolution": 32, "group_size": 3, "alignment_steps": 1, "triangles": 640, "fit_rounds": 1, "samples": 1000}
+    {"segments": "groups", "group_size": 3, "centers": 50, "resolution": 32, "alignment_steps": 1, "triangles": 640}
+    | {"fit_rounds": 1, "samples": 1000}
 )
 
 
