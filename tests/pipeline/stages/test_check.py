@@ -83,7 +83,7 @@ def test_same_findings_however_often(take, tmp_path):
 
 
 def test_a_wish_to_stop_is_heard_and_what_is_done_is_kept(take, tmp_path):
-    def stop(stage, frame, share):
+    def stop(stage, frame, share, *_):
         if share > 0.3:
             raise Cancelled
 

@@ -58,7 +58,7 @@ def test_asking_for_rounds_later_tracks_nothing_again(optimized, two_balls, tmp_
 
 
 def test_a_run_killed_between_rounds_goes_on_with_the_next(optimized, two_balls, tmp_path):
-    def killer(stage, frame, share):
+    def killer(stage, frame, share, *_):
         if "tracking/global_00" in (cache_entries(tmp_path) if (tmp_path / "cache").exists() else {}):
             raise Killed
 

@@ -76,7 +76,7 @@ def test_marked_they_are_two_closed_bodies_of_their_own_volumes(runs):
 
 
 def test_only_reference_and_what_follows_are_made_anew(runs):
-    assert stages_of(runs[2]) <= {"reference", "deformation", "evaluation"}
+    assert stages_of(runs[2]) <= {"reference", "deformation", "evaluation", "color"}
 
 
 def test_deformed_each_box_is_back_where_it_was(runs):
