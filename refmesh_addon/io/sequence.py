@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+BAKED_FOLDER = "source"  # in the output folder: frames that RefMesh itself has written from an animated object
 BLENDER_LAST_FRAME = 1_048_574  # Blender's timeline ends here
 
 

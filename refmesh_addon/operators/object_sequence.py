@@ -6,11 +6,11 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from ..core.errors import RefMeshError
+from ..io.sequence import BAKED_FOLDER
 from .common import SceneOperator, absolute, reporting
 from .modal import ModalOperator
 
 OBJECT_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")  # that Blender evaluates to a mesh
-SOURCE_FOLDER = "source"  # in the output folder
 MANY_FRAMES = 100  # read so far: from here on it asks before it drops them
 FRAME_INTERVAL = 0.001  # seconds between two frames, in which the window is drawn
 
@@ -60,7 +60,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
             raise RefMeshError("save the scene first, so that the frames can be written beside it, or choose an output folder")
         self._target, self._output = target.session_uid, absolute(self.output or f"//refmesh_{bpy.path.clean_name(target.name)}")
         self._numbers = range(self.first, self.last + 1, self.step)
-        self._frames = bake(target, context.scene, self._numbers, self._output / SOURCE_FOLDER)
+        self._frames = bake(target, context.scene, self._numbers, self._output / BAKED_FOLDER)
         if not bpy.app.background:
             return self.start_modal(context, FRAME_INTERVAL)
         for _ in self._frames:
@@ -107,7 +107,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
         from ..io.discovery import find_sequence
 
         target = next(candidate for candidate in bpy.data.objects if candidate.session_uid == self._target)
-        first = next(iter(sorted((self._output / SOURCE_FOLDER).glob(f"{bpy.path.clean_name(target.name)}_*.ply"))))
+        first = next(iter(sorted((self._output / BAKED_FOLDER).glob(f"{bpy.path.clean_name(target.name)}_*.ply"))))
         sequence = find_sequence(first)
         owner = new_sequence(context.scene, sequence, read_frame(sequence.frames[0].path, self._output), target.name)
         owner.refmesh.source, owner.refmesh.output = stored_path(first), stored_path(self._output)

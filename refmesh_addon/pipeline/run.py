@@ -7,10 +7,10 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 
-from ..io.discovery import find_sequence
 from ..io.sequence import Sequence
 from .session.context import Context
 from .session.job import CHECK, COLOR, DEFORMATION, EVALUATION, REFERENCE, TRACKING, JobSpec
+from .session.job_input import job_sequence
 from .session.parallel import Workers
 from .session.session import Notify
 from .stages.check import check_sequence
@@ -44,11 +44,11 @@ def run(
 
     notify : (stage, frame number or None, share of the stage).  warn : one line for a person.
     workers : who shares the work; None starts as many processes as there are cores. The results are the same.
-    sequence : what `find_sequence` gives for the job, where the caller has it already.
+    sequence : what `job_sequence` gives for the job, where the caller has it already.
     group_ready : called with the index of each group once the output folder holds what plays it.
     Raises RefMeshError, in plain words, when the job cannot be done, and what `notify` raises.
     """
-    sequence = sequence or find_sequence(spec.source, spec.frames)
+    sequence = sequence or job_sequence(spec)
     with nullcontext(workers) if workers else Workers() as own:
         if spec.until == CHECK:
             check_sequence(spec, sequence, notify, own)

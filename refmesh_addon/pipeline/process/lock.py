@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -13,6 +15,7 @@ from ...core.errors import RefMeshError
 from ...io.files import output_folder
 
 LOCK_NAME = "lock"
+_LONGEST_ID = 20  # digits of a process id
 _LOCKED_BYTE = 1 << 20  # far beyond the text: Windows does not let others read a locked byte
 
 
@@ -26,21 +29,39 @@ def output_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
     path = output_folder(folder) / LOCK_NAME
     with ExitStack() as stack:
         try:
-            file = stack.enter_context(open(path, "a+b"))
+            file = stack.enter_context(open(path, "r+b", buffering=0, opener=_open_no_link))
         except OSError as error:
-            raise RefMeshError(f"{path}: the lock file cannot be opened ({error.strerror or error})") from error
+            raise RefMeshError(f"{path}: the lock file cannot be opened ({error.strerror or error}); remove what lies there") from error
         if not _try_lock(file):
             raise RefMeshError(
                 f"{output}: another RefMesh job{_holder(path)} is writing here; wait for it, cancel it, or choose another folder"
             )
+        _check_content(path)
+        file.seek(0)
         file.truncate(0)
         file.write(str(os.getpid()).encode("ascii"))
-        file.flush()
         yield  # closing the file releases the lock
 
 
+def _open_no_link(path: str, flags: int) -> int:
+    """Opens a regular file, created where missing; never what a link leads to, which could be any file of the user's."""
+    descriptor = os.open(path, flags | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if os.path.islink(path) or not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "it is no regular file")
+    return descriptor
+
+
+def _check_content(path: Path) -> None:
+    """Raises RefMeshError when the file holds anything but a process id: a file of somebody else's is not emptied."""
+    with open(path, "rb") as file:
+        content = file.read(_LONGEST_ID + 1)
+    if content and not (content.isdigit() and len(content) <= _LONGEST_ID):
+        raise RefMeshError(f"{path}: is no lock file of RefMesh; move it away or choose another output folder")
+
+
 def _holder(path: Path) -> str:
-    text = path.read_bytes()[:20].decode("ascii", "replace")
+    text = path.read_bytes()[:_LONGEST_ID].decode("ascii", "replace")
     return f" (process {text})" if text.isdigit() else ""
 
 

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import TextIO
 
 from ...core.errors import Cancelled, RefMeshError
-from ...io.discovery import find_sequence
+from ...io.files import atomic_file
 from ..session.job import CACHE_FOLDER, JobSpec
+from ..session.job_input import job_sequence
 from .events import Event
 from .forecast import Forecast, StageTime
 from .lock import output_lock
@@ -94,7 +95,7 @@ def _run_file(job_file: str, send: Callable[[Event], None]) -> Event:
 
 def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> Event:
     try:
-        sequence = find_sequence(spec.source, spec.frames)  # first, so that a wrong input leaves no empty output folder
+        sequence = job_sequence(spec)  # first, so that a wrong input leaves no empty output folder
         with output_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
             reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec))
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
@@ -130,8 +131,9 @@ def _log(spec: JobSpec) -> Path:
     """Writes the traceback of the current error to a file and gives its path."""
     path = Path(spec.output) / CACHE_FOLDER / LOG_NAME
     try:
-        path.write_text(traceback.format_exc(), encoding="utf-8")
-    except OSError:
+        with atomic_file(path) as file:
+            file.write(traceback.format_exc().encode("utf-8", "backslashreplace"))
+    except RefMeshError:
         traceback.print_exc()
     return path
 

@@ -57,3 +57,21 @@ def test_the_lock_is_free_after_an_error(tmp_path):
 def test_other_folders_are_not_locked(tmp_path):
     with output_lock(tmp_path / "a", "A"), output_lock(tmp_path / "b", "B"):
         pass
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need rights of their own on Windows")
+@pytest.mark.parametrize("link", [os.symlink, os.link])
+def test_a_file_that_is_linked_to_the_lock_is_not_emptied(tmp_path, link):
+    (tmp_path / "thesis").write_text("years of work")
+    (tmp_path / "cache").mkdir()
+    link(tmp_path / "thesis", tmp_path / "cache" / "lock")
+    with pytest.raises(RefMeshError, match="cache/lock: "), output_lock(tmp_path / "cache", "OUT"):
+        pass
+    assert (tmp_path / "thesis").read_text() == "years of work"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_named_pipe_in_place_of_the_lock_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "lock")
+    with pytest.raises(RefMeshError, match="no regular file"), output_lock(tmp_path, "OUT"):
+        pass
