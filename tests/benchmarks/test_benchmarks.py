@@ -71,7 +71,7 @@ def test_tracking(cache):
 def test_memory(cache):
     found = last_line("memory", *SMALL, "--triangles", "600", "--frames", "3", "6", "--cache", str(cache))
     assert {"main_mebibytes", "worker_mebibytes", "peak_mebibytes", "peak_ratio", "pace", "pace_ratio"} <= set(found)
-    assert (found["frames"], found["until"]) == ([3, 6], "evaluation")
+    assert (found["frames"], found["until"]) == ([3, 6], "color")
     assert min(found["peak_mebibytes"]) > 1
     assert np.isfinite([*found["peak_mebibytes"], *found["pace"], found["peak_ratio"], found["pace_ratio"]]).all()
 
