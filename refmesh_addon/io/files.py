@@ -14,7 +14,7 @@ import numpy as np
 from ..core.errors import RefMeshError
 
 CENTERS_NAME = "centers.npz"  # in the output folder: the result of tracking
-PARTIAL_SUFFIX = ".partial"  # of a file that is still being written; what a killed run leaves is removed by the next
+PARTIAL_SUFFIX = ".refmesh-partial"  # of a file that is still being written; what a killed run leaves is removed by the next
 
 
 @contextmanager
@@ -26,8 +26,11 @@ def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
     path = Path(path)
     partial = path.with_name(path.name + PARTIAL_SUFFIX)
     try:
-        with open(partial, "wb") as file:
+        partial.unlink(missing_ok=True)
+        with open(partial, "xb") as file:  # a new file: opening what lies there could follow a link
             yield file
+            file.flush()
+            os.fsync(file.fileno())  # or a power cut could leave an empty file under the final name
         os.replace(partial, path)
     except BaseException as error:
         partial.unlink(missing_ok=True)
@@ -45,7 +48,8 @@ def output_folder(path: str | Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
         for partial in path.glob("*" + PARTIAL_SUFFIX):
-            partial.unlink()
+            if not partial.is_dir():
+                partial.unlink()
         probe = path / ("write-test" + PARTIAL_SUFFIX)
         probe.write_bytes(b"")
         probe.unlink()

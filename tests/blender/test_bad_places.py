@@ -53,7 +53,7 @@ def refused(operator: str, message: str, **arguments) -> None:
 def test_jobs_name_the_disk(ball, request, operator, disk, message):
     place = request.getfixturevalue(disk)
     refused(operator, message, output=str(place / "out"), quiet=True, **TINY)
-    assert not ball.refmesh.done and not list(place.rglob("*.partial"))
+    assert not ball.refmesh.done and not list(place.rglob("*.refmesh-partial"))
 
 
 @pytest.mark.parametrize("disk, message", [("full", "No space left|cannot be written"), ("read_only", "Read-only")])
@@ -65,7 +65,7 @@ def test_exports_name_the_disk(solved, request, disk, message, kind):
     if disk == "full":
         (place / "filler").write_bytes(bytes(60 * 1024))
     refused("export", message, format=kind, directory=str(place / "export"))
-    assert not list(place.rglob("*.partial*"))
+    assert not list(place.rglob("*partial*"))
 
 
 @pytest.mark.parametrize("disk", ["full", "read_only"])
@@ -83,7 +83,7 @@ def test_an_object_as_input_names_the_disk(blender, request, disk, message):
     place = request.getfixturevalue(disk)
     blender.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=64)
     refused("import_object", message, output=str(place / "out"), first=1, last=2)
-    assert not list(place.rglob("*.ply")) and not list(place.rglob("*.partial"))
+    assert not list(place.rglob("*.ply")) and not list(place.rglob("*.refmesh-partial"))
 
 
 def test_a_cache_that_is_gone_is_named(blender, solved, results):

@@ -28,7 +28,7 @@ def test_bytes_are_those_of_the_format(cache):
 
 
 def test_samples_are_taken_one_at_a_time(tmp_path):
-    partial = tmp_path / "a.pc2.partial"
+    partial = tmp_path / "a.pc2.refmesh-partial"
 
     def samples():
         for index in range(50):

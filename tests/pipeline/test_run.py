@@ -112,7 +112,7 @@ def test_a_run_stopped_again_and_again_ends_with_the_same_bytes(finished, two_ba
     for stage, count in [("tracking", 2), ("tracking", 6), ("reference", 3), ("deformation", 3), ("evaluation", 3)]:
         with pytest.raises(Cancelled):
             finish(two_balls, tmp_path, stop_at(stage, count))
-        assert not list(tmp_path.rglob("*.partial"))
+        assert not list(tmp_path.rglob("*.refmesh-partial"))
         entries = cache_entries(tmp_path)
         assert not set(left) & remade(left, entries) - {"tracking/state"}, "what was done is not done again"
         left = entries

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...core.errors import RefMeshError
-from ...io.files import atomic_file
+from ...io.files import PARTIAL_SUFFIX, atomic_file
 from .export import Export
 
 # Bytes in Alembic or USD, half more than measured: position and velocity of a vertex in each frame; a triangle, written once.
@@ -47,7 +47,7 @@ def replacing(target: Path) -> Iterator[Path]:
 
     For exporters that insist on their extension and raise RuntimeError; `io.files.atomic_file` serves everything else.
     """
-    partial = target.with_name(f"{target.stem}.partial{target.suffix}")
+    partial = target.with_name(f"{target.stem}{PARTIAL_SUFFIX}{target.suffix}")
     try:
         yield partial
         os.replace(partial, target)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
+from ...io.files import PARTIAL_SUFFIX
 from ..scene.materials import emission_material, enable_nodes
 from ..scene.meshes import COLOR_NAME, fill_mesh, set_colors
 from ..scene.objects import remove_object
@@ -96,7 +97,7 @@ def render(scene: bpy.types.Scene, low: np.ndarray, high: np.ndarray, target: Pa
     settings = scene.render
     settings.resolution_x, settings.resolution_y, settings.resolution_percentage = pixels, max(1, round(pixels * height / width)), 100
     settings.image_settings.file_format = "PNG"
-    partial = target.with_name(f"{target.stem}.partial.png")
+    partial = target.with_name(f"{target.stem}{PARTIAL_SUFFIX}.png")
     settings.filepath = str(partial)
     try:
         bpy.ops.render.render(write_still=True, scene=scene.name)

@@ -11,6 +11,7 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import RefMeshError
+from ...io.files import PARTIAL_SUFFIX
 
 # Clipping of a 3D view, in sizes of the sequence: bounds of its start, least end.
 CLIP_START, CLIP_END = (1e-3, 1e-2), 20.0
@@ -78,7 +79,7 @@ def save_scene(path: Path) -> None:
 
 def _check_room(path: Path) -> None:
     """Raises OSError when the file would be cut off: Blender reports no error when the disk is full, and the earlier file is lost."""
-    trial = path.with_name(f"{path.stem}.partial{path.suffix}")
+    trial = path.with_name(f"{path.stem}{PARTIAL_SUFFIX}{path.suffix}")
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(trial), copy=True, compress=False, check_existing=False)
         if LAST_BLOCK not in trial.read_bytes()[-TAIL:]:

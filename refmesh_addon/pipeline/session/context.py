@@ -6,17 +6,20 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
 from ...core.settings import Settings
 from ...io.files import output_folder
 from ...io.frame_range import format_ranges
-from ...io.report import Report
+from ...io.report import REPORT_NAME, Report
 from ...io.sequence import Sequence
 from .cache import Cache
 from .frames import Frames, read_frames
 from .job import CACHE_FOLDER, TRACKING, JobSpec
 from .parallel import Workers
 from .session import Notify, Session, StageShare
+from .written_files import WrittenFiles
 
 READING_SHARE = 0.1  # of the tracking stage, for reading and checking the frames
 
@@ -68,11 +71,22 @@ class Context(Session):
         self.notify(stage, None, READING_SHARE if stage == TRACKING else 0.0)
         yield
         self.report.seconds[stage] = self.report.seconds.get(stage, 0.0) + time.perf_counter() - start
-        self.report.write(self.output)
+        self.write_report()
 
     def remove_stale(self, pattern: str, keep: list[str]) -> None:
         """Removes results of earlier runs that match and are not among the paths to keep, all relative to the output folder."""
-        kept = {self.output / path for path in keep}
-        for path in self.output.glob(pattern):
-            if path not in kept:
-                path.unlink(missing_ok=True)
+        self.written_files.remove_stale(pattern, keep)
+
+    def claim(self, name: str) -> Path:
+        """Where to write a result, by its name relative to the output folder. Raises RefMeshError for a file of somebody else's."""
+        return self.written_files.claim(name)
+
+    def write_report(self) -> None:
+        """Writes report.json as far as the run has come."""
+        self.claim(REPORT_NAME)
+        self.report.write(self.output)
+
+    @cached_property
+    def written_files(self) -> WrittenFiles:
+        """The files in the output folder that this run and earlier ones have written."""
+        return WrittenFiles(self.output)

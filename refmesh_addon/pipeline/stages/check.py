@@ -6,7 +6,7 @@ from ...core.capture.diagnosis import FrameStatistics, diagnose
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
 from ...io.files import output_folder
-from ...io.findings import write_findings
+from ...io.findings import CHECK_NAME, CHECK_TEXT, write_findings
 from ...io.meshes import read_bytes
 from ...io.preview import preview_path, remove_other_previews
 from ...io.sequence import Frame, Sequence
@@ -16,6 +16,7 @@ from ..session.capture import CapturedFile, capture_sequence
 from ..session.job import CACHE_FOLDER, CHECK, JobSpec
 from ..session.parallel import Workers
 from ..session.session import Notify, Session, StageShare
+from ..session.written_files import WrittenFiles
 
 
 def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: Workers) -> list[Finding]:
@@ -35,6 +36,9 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     findings = diagnose(statistics, sequence.gaps)
     findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])
+    files = WrittenFiles(output)
+    for name in (CHECK_NAME, CHECK_TEXT):
+        files.claim(name)
     write_findings(output, sequence, findings)
     return findings
 

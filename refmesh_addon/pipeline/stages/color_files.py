@@ -35,7 +35,7 @@ def _write_group(context: Context, colored: ColoredSequence, group: FrameGroup) 
     if layout.plain:
         context.warn(f"group {group.index}: xatlas gave no layout; a plainer one with {layout.quality.charts} charts is used")
     names = {name: f"{TEXTURE_FOLDER}/group_{group.index:03d}_{name}" for name in ("layout.npz", "steady.png", "steady_mask.png")}
-    write_npz(context.output / names["layout.npz"], {"uvs": layout.layout.uvs, "triangles": layout.layout.triangles})
+    write_npz(context.claim(names["layout.npz"]), {"uvs": layout.layout.uvs, "triangles": layout.layout.triangles})
     steady = colored.steady_files[group.index]
     _write(context, names["steady.png"], steady.image)
     _write(context, names["steady_mask.png"], steady.mask)
@@ -84,7 +84,7 @@ def _write_colored(context: Context, deformed: DeformedSequence, colored: Colore
         baked, steady = colored.baked[group.index, frame], colored.steady[group.index]
         colors = finished(baked, gains[0], steady, gains[1])
         opaque = np.full((len(colors), 1), 255, np.uint8)
-        write_ply(context.output / name, deformed.mesh(group, frame), np.hstack([colors, opaque]))
+        write_ply(context.claim(name), deformed.mesh(group, frame), np.hstack([colors, opaque]))
         _note(context, frame, colored, colored=name, filled=float((~baked.seen & steady.seen).mean()))
         names.append(name)
     return names
@@ -97,5 +97,5 @@ def _note(context: Context, frame: int, sequence: ColoredSequence, **entries) ->
 
 
 def _write(context: Context, name: str, data: np.ndarray) -> None:
-    with atomic_file(context.output / name) as file:
+    with atomic_file(context.claim(name)) as file:
         file.write(data.tobytes())

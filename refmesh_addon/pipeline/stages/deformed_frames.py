@@ -33,7 +33,7 @@ def publish_group(context: Context, deformed: DeformedSequence, group: FrameGrou
     """Writes the point cache of one group and the report, so that the group can be shown while others are still being deformed."""
     output_folder(context.output / "playback")
     _write_playback(context, deformed, group)
-    context.report.write(context.output)
+    context.write_report()
     context.group_ready(group.index)
 
 
@@ -52,7 +52,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
             if measured is not None:
                 entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report
                 colors = error_colors(measured[frame].errors)
-            write_ply(context.output / entry.deformed, deformed.mesh(group, frame), colors, smoothed.velocities)
+            write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities)
             context.report.frames.append(entry)
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
 
@@ -70,5 +70,5 @@ def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGr
     playback = f"playback/group_{group.index:03d}-{group.key[:KEY_LENGTH]}.pc2"
     count = len(deformed.references[group.index].mesh.vertices)
     shown = [group.frames.index(frame) for frame in held_frames(context.frames.sequence) if frame in group.frames]
-    write_pc2(context.output / playback, (deformed.row(group, row).vertices for row in shown), count, len(shown), context.frames.offset)
+    write_pc2(context.claim(playback), (deformed.row(group, row).vertices for row in shown), count, len(shown), context.frames.offset)
     context.report.groups[group.index] = replace(context.report.groups[group.index], playback=playback)

@@ -24,7 +24,7 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
     output_folder(context.output / "reference")
     for group in references.groups:
         entry = replace(_group_report(context, references, group), reason=reasons[group.index])
-        write_ply(context.output / entry.reference, references.meshes[group.index].mesh)
+        write_ply(context.claim(entry.reference), references.meshes[group.index].mesh)
         context.report.groups.append(entry)
         _warn_of_left_out(context, entry)
         _warn_of_joined(context, references, group)

@@ -54,13 +54,13 @@ def write_centers(
     key = digest(CENTER_ATTRIBUTES_SCHEMA, [one.key for one in tracking.ranges], marked)
     attributes = context.cache.load_or_make(entry, key, lambda: center_attributes(tracking.positions, spacing, bodies))
     centers = {"frames": np.array(context.numbers), "positions": tracking.positions}
-    write_npz(context.output / CENTERS_NAME, {**centers, **attributes, **reference_centers})
+    write_npz(context.claim(CENTERS_NAME), {**centers, **attributes, **reference_centers})
 
 
 def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:
     output_folder(context.output / "playback")
     path = f"playback/centers-{key[:KEY_LENGTH]}.pc2"
     shown = held_frames(context.frames.sequence)
-    write_pc2(context.output / path, (positions[index] for index in shown), positions.shape[1], len(shown), context.frames.offset)
+    write_pc2(context.claim(path), (positions[index] for index in shown), positions.shape[1], len(shown), context.frames.offset)
     context.report.centers_playback = path
     context.remove_stale("playback/centers-*.pc2", keep=[path])

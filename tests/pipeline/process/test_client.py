@@ -69,7 +69,7 @@ def test_a_job_ends_done_with_everything_written(whole):
     assert shares == sorted(shares)
     assert {"report.json", "centers.npz", "reference", "deformed", "playback"} <= {path.name for path in output.iterdir()}
     assert {path.name for path in (output / "deformed").iterdir()} == {f"frame_{number:04d}.ply" for number in FRAMES}
-    assert not list(output.rglob("*.partial"))
+    assert not list(output.rglob("*.refmesh-partial"))
 
 
 def test_polling_never_blocks_and_gives_every_event_once(two_balls, tmp_path, own_temporary_folder):
@@ -167,7 +167,7 @@ def test_a_bad_frame_is_named_and_nothing_is_half_written(two_balls, tmp_path, c
     assert "balls_004.obj" in final.message
     assert "internal error" not in final.message
     assert "\n" not in final.message
-    assert not list(output.rglob("*.partial"))
+    assert not list(output.rglob("*.refmesh-partial"))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="priorities are other things there")

@@ -106,10 +106,10 @@ def test_leftovers_of_a_killed_run_are_cleared(tmp_path):
     cache = Cache(tmp_path)
     cache.save("tracking/frame_0001", KEY, Maker()())
     for folder in (tmp_path, tmp_path / "tracking"):
-        (folder / "x.npz.partial").touch()
+        (folder / "x.npz.refmesh-partial").touch()
     again = Cache(tmp_path)
     again.save("tracking/frame_0002", KEY, Maker()())
-    assert not [name for name in names(tmp_path) if name.endswith(".partial")]
+    assert not [name for name in names(tmp_path) if name.endswith("partial")]
 
 
 def test_keys_depend_on_every_part_and_its_place_but_not_on_the_order_of_names():
