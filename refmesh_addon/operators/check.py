@@ -1,5 +1,7 @@
 """Checks the frames for defects before hours of computation go into them."""
 
+from dataclasses import replace
+
 import bpy
 
 from ..bridge.scene.focus import longest_side
@@ -18,6 +20,12 @@ flipped surfaces, missing textures, frames without volume. Also prepares the fra
     bl_label = "Check Sequence"
     until = "sequence"
 
+    def _spec(self, state):
+        """The job with a note on an unusual size, which depends on the unit that only the scene knows."""
+        owner = state.id_data
+        note = scale_note(longest_side(owner, owner.users_scene[0]))
+        return replace(super()._spec(state), notes=(note,) if note else ())
+
     def scene_updates(self):
         yield self._show_findings
 
@@ -32,8 +40,7 @@ flipped surfaces, missing textures, frames without volume. Also prepares the fra
         state.checked = True
         counts = {severity: sum(finding.severity == severity for finding in findings) for severity in SEVERITIES}
         summary = ", ".join(f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items() if count)
-        note = scale_note(longest_side(owner, owner.users_scene[0]))
-        self.report({"INFO"}, f"{note + '; ' if note else ''}{summary or 'nothing found'}; see {output / CHECK_TEXT}")
+        self.report({"INFO"}, f"{summary or 'nothing found'}; see {output / CHECK_TEXT}")
 
 
 CLASSES = (REFMESH_OT_check_sequence,)

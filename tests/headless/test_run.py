@@ -152,6 +152,8 @@ def test_operators_alone_are_used():
 def test_check_prints_what_is_wrong_and_runs_nothing(frames, tmp_path):
     sound = run(frames, "--output", tmp_path / "out", "--check")
     assert (sound.returncode, sound.stdout.splitlines()[-1]) == (0, "nothing found"), sound.stderr
+    huge = run(frames, "--output", tmp_path / "huge", "--check", "--quiet", "--unit", "FACTOR", "--unit-factor", "1000")
+    assert huge.returncode == 0 and "m long: if this is a person, scale by 0.001" in huge.stdout, huge.stdout
     (frames / "box_21.obj").write_text("this is no mesh")
     broken = run(frames, "--output", tmp_path / "out", "--check", "--quiet", "--frames", "20-22")
     assert broken.returncode == 1 and "frame 21: cannot be read as OBJ" in broken.stdout

@@ -21,7 +21,8 @@ class JobSpec:
 
     source : folder, file or pattern, as `find_sequence` takes it.  output : folder.  frames : "6-10,14" or "" for all.
     until : the last of STAGES to run, or CHECK.  resume : use what earlier runs left in the cache of the output folder.
-    warnings : known before the run starts; reported with its own.
+    warnings : known before the run starts; reported with its own.  notes : findings of the scene, such as an unusual size, that a
+    check lists with its own.
     """
 
     source: str
@@ -31,6 +32,7 @@ class JobSpec:
     until: str = STAGES[-1]
     resume: bool = True
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self):
         if self.until not in (CHECK, *STAGES):
@@ -43,7 +45,7 @@ class JobSpec:
 
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""
-        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings")}
+        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings", "notes")}
         return json.dumps({**plain, "settings": self.settings.to_flat()}, indent=2, ensure_ascii=False)
 
     @classmethod
@@ -51,7 +53,7 @@ class JobSpec:
         """Raises RefMeshError when the text is not a job."""
         try:
             values = json.loads(text)
-            plain = {"settings": Settings.from_flat(values.get("settings", {})), "warnings": tuple(values.get("warnings", ()))}
-            return cls(**{**values, **plain})
+            lines = {name: tuple(values.get(name, ())) for name in ("warnings", "notes")}
+            return cls(**{**values, **lines, "settings": Settings.from_flat(values.get("settings", {}))})
         except (ValueError, TypeError, AttributeError) as error:
             raise RefMeshError(f"the job file cannot be understood ({error}); start the job again") from error

@@ -35,6 +35,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     ]
     findings = diagnose(statistics, sequence.gaps)
     findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
+    findings += [Finding("scene", "note", sequence.numbers[0], note) for note in spec.notes]
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])
     files = WrittenFiles(output)
     for name in (CHECK_NAME, CHECK_TEXT):

@@ -7,7 +7,7 @@ from refmesh_addon.pipeline.session.job import STAGES, JobSpec
 
 def test_a_job_survives_the_way_to_another_process():
     settings = Settings.from_flat({"centers": 64, "mapping": "rbf", "smoothness": 0.02})
-    spec = JobSpec("/in/Füße *.obj", "/out", "6-10,14", settings, until="reference", resume=False, warnings=("before",))
+    spec = JobSpec("/in/Füße *.obj", "/out", "6-10,14", settings, until="reference", resume=False, warnings=("before",), notes=("size",))
     assert JobSpec.from_json(spec.to_json()) == spec
     assert JobSpec.from_json(JobSpec("a", "b").to_json()) == JobSpec("a", "b")
 

@@ -31,9 +31,9 @@ def take(tmp_path) -> Path:
     return folder
 
 
-def check(take: Path, output: Path, notify=lambda *_: None):
+def check(take: Path, output: Path, notify=lambda *_: None, **job):
     with Workers(1) as workers:
-        return check_sequence(JobSpec(str(take), str(output), until=CHECK), find_sequence(take), notify, workers)
+        return check_sequence(JobSpec(str(take), str(output), until=CHECK, **job), find_sequence(take), notify, workers)
 
 
 def test_findings_of_a_real_process_are_written_for_panel_and_person(take, tmp_path):
@@ -50,6 +50,12 @@ def test_files_that_were_left_out_are_notes(take, tmp_path):
     findings = check(take, tmp_path / "out")
     assert [finding.message for finding in findings if finding.kind == "names"] == ["left out: props.ply, without a number"]
     assert "left out: props.ply" in (tmp_path / "out" / CHECK_TEXT).read_text()
+
+
+def test_notes_of_the_scene_are_in_the_text(take, tmp_path):
+    findings = check(take, tmp_path / "out", notes=("18.7 m long",))
+    assert [(finding.severity, finding.message) for finding in findings if finding.kind == "scene"] == [("note", "18.7 m long")]
+    assert "  frame 1: 18.7 m long\n" in (tmp_path / "out" / CHECK_TEXT).read_text()
 
 
 def test_frames_are_prepared_for_the_preview(take, tmp_path):
