@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from ..errors import RefMeshError
 from ..geometry.self_intersection import crossing_triangles
 from ..settings import ReferenceSettings
 from ..surfacing.reconstruction import screened_poisson
@@ -124,7 +125,13 @@ def build_reference(
 
     points, normals : (P, 3) of all its aligned frames.  spacing : s, scene units.  triangles : budget.
     depth : of the octree.  reconstruct : gives a closed surface for points, normals and depth, as `screened_poisson` does.
+    Raises RefMeshError when no component of that surface lies near the points.
     """
     surface = without_bubbles(reconstruct(points, normals, depth), points, spacing)
+    if not len(surface.triangles):
+        raise RefMeshError(
+            "the reconstruction gives no surface near the aligned frames; check that the frames show one body, bring it near the origin, "
+            "or take a higher resolution"
+        )
     mesh = remeshed(surface, triangles)
     return ReferenceMesh(mesh, int(crossing_triangles(mesh).sum()))

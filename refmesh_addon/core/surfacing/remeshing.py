@@ -7,6 +7,7 @@ from itertools import count
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..errors import RefMeshError
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import mean_edge_length
@@ -24,11 +25,14 @@ def remeshed(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
 
     Where the result would intersect itself, as between sheets closer than an edge, the triangles of `mesh` stay: two triangles of
     the result only cross if they are triangles of `mesh`, or of its subdivision, and cross there.
+    Raises RefMeshError for a mesh without triangles.
     """
-    while len(mesh.triangles) < triangles:
+    if not len(mesh.triangles):
+        raise RefMeshError("there is no surface to remesh: the mesh has no triangles")
+    while len(mesh.triangles) < triangles:  # log4(triangles) rounds at most
         mesh = _subdivided(mesh)
     surface, tree, frozen = SurfaceIndex(mesh), cKDTree(mesh.vertices), np.zeros(len(mesh.vertices), dtype=bool)
-    for attempt in count():
+    for attempt in count():  # ends: each attempt freezes at least one more vertex, and the reach doubles until it spans the mesh
         decimated, kept = collapsed(mesh, triangles, frozen)
         result = regularized(decimated, surface, frozen[kept])
         corners = np.unique(result.triangles[crossing_triangles(result)])

@@ -3,6 +3,7 @@ import pytest
 import trimesh
 from numpy.testing import assert_array_equal
 
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.mesh import is_watertight, mean_edge_length, signed_volume, vertex_components
 from refmesh_addon.core.geometry.self_intersection import crossing_triangles
 from refmesh_addon.core.surfacing.edge_collapse import collapsed
@@ -103,3 +104,8 @@ def test_the_same_mesh_gives_the_same_bytes():
     first, again = (remeshed(BODIES["torus"], 800) for _ in range(2))
     assert_array_equal(first.vertices, again.vertices)
     assert_array_equal(first.triangles, again.triangles)
+
+
+def test_a_mesh_without_triangles_is_refused_rather_than_subdivided_forever():
+    with pytest.raises(RefMeshError, match="no triangles"):
+        remeshed(TriangleMesh(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32)), 100)
