@@ -8,6 +8,7 @@ EXIT_USAGE = 2
 STEPS = ("import_sequence", "import_scene", "run_all")  # the operators whose arguments become options
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
 NOT_EXPORT_OPTIONS = {"format", "directory", "scope"}  # of the export operator; its other arguments become --export-...
+UNBOUNDED = 2**31 - 1  # the largest integer of Blender: an argument with this maximum has none
 AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
 
 
@@ -32,7 +33,7 @@ def make_parser(bpy, description: str) -> argparse.ArgumentParser:
     )
     for argument in export_arguments(bpy).values():
         add_option(parser, argument, "export_")
-    parser.add_argument("--preview", metavar="FILE.png", help="picture of source, reference mesh and result")
+    parser.add_argument("--preview", type=png_path, metavar="FILE.png", help="picture of source, reference mesh and result")
     parser.add_argument(
         "--check", action="store_true", help="only check every frame and print the findings; exit code 1 when the job would fail"
     )
@@ -80,6 +81,7 @@ def add_option(parser: argparse.ArgumentParser, argument, prefix: str = "") -> N
 def number_within(argument):
     """A converter that refuses numbers out of the argument's bounds; Blender itself would clamp them silently."""
     low, high = argument.hard_min, argument.hard_max
+    bounds = f"from {low:g}" + (f" to {high:g}" if high < UNBOUNDED else " on")
     automatic = AUTOMATIC in argument.description
 
     def convert(text: str) -> float:
@@ -90,10 +92,17 @@ def number_within(argument):
         except ValueError:
             value = None
         if value is None or not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"'{text}' is not {'auto or ' * automatic}a number from {low:g} to {high:g}")
+            raise argparse.ArgumentTypeError(f"'{text}' is not {'auto or ' * automatic}a number {bounds}")
         return value
 
     return convert
+
+
+def png_path(text: str) -> str:
+    """Refuses another extension before the run: the picture is always a PNG."""
+    if not text.lower().endswith(".png"):
+        raise argparse.ArgumentTypeError(f"'{text}' does not end in .png, the only format of this picture")
+    return text
 
 
 def describe_choices(items) -> str:

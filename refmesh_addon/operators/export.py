@@ -6,7 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
 from ..bridge.formats import registry
-from ..bridge.formats.choice import choose
+from ..bridge.formats.choice import choose, chosen_range
 from ..bridge.formats.export import Export
 from ..bridge.results.status import export_note
 from ..bridge.scene.paths import absolute_path
@@ -66,7 +66,7 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
     only_check: BoolProperty(
-        name="Only Check", description="Only check that this Blender can write the format", options={"HIDDEN", "SKIP_SAVE"}
+        name="Only Check", description="Only check that this Blender can write the format and that the range contains frames", options={"HIDDEN", "SKIP_SAVE"}
     )
 
     def invoke(self, context, event):
@@ -78,6 +78,8 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
     def execute(self, context):
         registry.check_available(registry.FORMATS[self.format])
         if self.only_check:
+            for owner in self._owners(context):
+                chosen_range(owner, self.first, self.last, self.step)
             return {"FINISHED"}
         member = context.active_object if self.scope == "OBJECT" else None
         choices = {owner: choose(owner, self.first, self.last, self.step, member) for owner in self._owners(context)}

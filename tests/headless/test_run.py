@@ -87,6 +87,8 @@ def test_a_foreign_file_is_not_decoded(frames, tmp_path):
         (["box", "--output", "out", "--group-size", "many"], "auto or a number"),
         (["box", "--output", "out", "--mapping", "magic"], "--mapping"),
         (["box", "--output", "out", "--export", "fbx"], "--export"),
+        (["box", "--output", "out", "--export-step", "0"], "'0' is not a number from 1 on"),
+        (["box", "--output", "out", "--preview", "picture.txt"], "'picture.txt' does not end in .png"),
         (["box", "--output", "out", "--no-such-option"], "--no-such-option"),
         (["box", "--output", "out", "--cent", "100"], "--cent"),
     ],
@@ -105,6 +107,7 @@ def test_wrong_options_are_named_in_one_line(frames, tmp_path, arguments, messag
         ("box", ["--frames", "20-99"], "frame 99"),
         ("box/box_21.obj", ["--frames", "21-"], "--frames"),
         ("empty", [], "no meshes found"),
+        ("box", ["--export", "ply", "--export-first", "99"], "no frames to export"),
     ],
 )
 def test_wrong_input_is_named_in_one_line(frames, tmp_path, source, extra, message):

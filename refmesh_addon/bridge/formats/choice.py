@@ -20,6 +20,16 @@ class Choice:
     step: int
 
 
+def chosen_range(owner: bpy.types.Object, first: int, last: int, step: int) -> range:
+    """The scene frames from `first` to `last`, 0 for those of the sequence. Raises RefMeshError when there are none."""
+    frames = owner.refmesh.frames
+    start, end = frames[0].scene_frame, frames[-1].scene_frame
+    first, last = max(first, start) if first else start, min(last, end) if last else end
+    if first > last:
+        raise RefMeshError(f"no frames to export: the sequence has {start} to {end}, the requested range is {first} to {last}")
+    return range(first, last + 1, step)
+
+
 def choose(owner: bpy.types.Object, first: int, last: int, step: int, member: bpy.types.Object | None = None) -> Choice:
     """The scene frames from `first` to `last`, 0 for those of the sequence, that a group has; of the group of `member` alone if given.
 
@@ -28,11 +38,7 @@ def choose(owner: bpy.types.Object, first: int, last: int, step: int, member: bp
     state = owner.refmesh
     if not state.groups or not all(group.deformed for group in state.groups):
         raise RefMeshError(f"{state.root.name}: no deformed meshes to export; run the Deform step first")
-    start, end = state.frames[0].scene_frame, state.frames[-1].scene_frame
-    first, last = max(first, start) if first else start, min(last, end) if last else end
-    chosen = range(first, last + 1, step)
-    if not chosen:
-        raise RefMeshError(f"no frames to export: the sequence has {start} to {end}, asked for were {first} to {last}")
+    chosen = chosen_range(owner, first, last, step)
     groups = {}
     for index, (low, high) in enumerate(spans(owner)):
         within = [frame for frame in chosen if (low is None or frame >= low) and (high is None or frame < high)]
@@ -40,4 +46,4 @@ def choose(owner: bpy.types.Object, first: int, last: int, step: int, member: bp
             groups[index] = tuple(within)
     if not groups:
         raise RefMeshError("no group of frames to export: select the deformed mesh of one, or choose other frames")
-    return Choice(groups, first, last, step)
+    return Choice(groups, chosen.start, chosen.stop - 1, step)
