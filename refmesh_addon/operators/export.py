@@ -66,7 +66,9 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
     only_check: BoolProperty(
-        name="Only Check", description="Only check that this Blender can write the format and that the range contains frames", options={"HIDDEN", "SKIP_SAVE"}
+        name="Only Check",
+        description="Only check that this Blender can write the format and that the range contains frames",
+        options={"HIDDEN", "SKIP_SAVE"},
     )
 
     def invoke(self, context, event):

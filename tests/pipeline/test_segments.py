@@ -41,7 +41,7 @@ def test_a_given_number_of_frames_or_given_starts_are_kept_to(two_balls, tmp_pat
     assert runs(tmp_path / "n") == [[3, 4], [5]]
     finish(two_balls, tmp_path / "starts", segments="long", group_starts="4", until="reference")
     assert runs(tmp_path / "starts") == [[3], [4, 5]]
-    assert [group["reason"] for group in report(tmp_path / "starts")["groups"]] == ["the take begins", "as asked for"]
+    assert [group["reason"] for group in report(tmp_path / "starts")["groups"]] == ["the take begins", "as requested"]
 
 
 def test_another_run_begins_where_the_mesh_no_longer_serves_and_says_why(ball_to_ring, tmp_path):

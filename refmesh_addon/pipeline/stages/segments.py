@@ -27,7 +27,7 @@ from .tracking_result import TrackingResult
 PLAN_SCHEMA = 1
 ROUNDS = 4  # of cuts; after the last one every group that passes the limits has a mesh of its own
 TRIAL_FOLDER = "trial/"  # in the cache, for meshes of single groups
-FIRST, ASKED, JUMP = "the take begins", "as asked for", "something appears or leaves"
+FIRST, ASKED, JUMP = "the take begins", "as requested", "something appears or leaves"
 OWN_MESH, AFTER_OWN = "one mesh does not serve both sides: ", "the group before has a mesh of its own: "
 
 
