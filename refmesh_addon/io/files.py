@@ -27,7 +27,7 @@ def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
     partial = path.with_name(path.name + PARTIAL_SUFFIX)
     try:
         partial.unlink(missing_ok=True)
-        with open(partial, "xb") as file:  # a new file: opening what lies there could follow a link
+        with open(partial, "x+b") as file:  # a new file: opening what lies there could follow a link
             yield file
             file.flush()
             os.fsync(file.fileno())  # or a power cut could leave an empty file under the final name

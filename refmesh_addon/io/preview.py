@@ -8,7 +8,6 @@ The files can be deleted at any time; they are written again.
 from __future__ import annotations
 
 import hashlib
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -19,11 +18,11 @@ from ..core.errors import RefMeshError
 from ..core.geometry.storage_offset import storage_offset
 from ..core.types import TriangleMesh
 from .files import write_npz
+from .sealed_npz import DAMAGE
 
 PREVIEW_FOLDER = Path("cache") / "preview"  # in the output folder
 SCHEMA = 2
 _KEY_BYTES = 6
-_BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError)
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def read_arrays(path: Path, names: Iterable[str]) -> dict[str, np.ndarray] | Non
     try:
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in names}
-    except _BROKEN:
+    except DAMAGE:
         return None
 
 

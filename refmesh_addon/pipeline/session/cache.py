@@ -5,17 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from ...core.arrays import Arrays, Result, from_arrays, to_arrays
-from ...io.files import output_folder, read_npz, write_npz
+from ...io.files import output_folder
+from ...io.sealed_npz import read_sealed, write_sealed
 
 KEY_LENGTH = 12  # hexadecimal digits of a key in a file name: 48 bits, for at most thousands of entries
-_BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError)
 
 
 def digest(*parts: object) -> str:
@@ -35,14 +34,16 @@ def digest(*parts: object) -> str:
 class Cache:
     """Entries `<name>-<key>.npz` in one folder, one for each name; a name may hold folders, "tracking/frame_0006".
 
-    An entry is complete or absent. One with another key, or one that cannot be read, counts as absent.
+    An entry is complete or absent. One with another key, or one that is damaged, counts as absent.
     With `resume=False` so do all entries of earlier runs.
+    warn : told of each damaged entry.
     """
 
-    def __init__(self, folder: str | Path, resume: bool = True):
+    def __init__(self, folder: str | Path, resume: bool = True, warn: Callable[[str], None] = lambda _: None):
         self.folder = output_folder(folder)
-        self._resume = resume
+        self._resume, self._warn = resume, warn
         self._written: set[Path] = set()
+        self._damaged: set[Path] = set()
         self._folders: set[Path] = {self.folder}
 
     def path(self, name: str, key: str) -> Path:
@@ -55,8 +56,11 @@ class Cache:
         if not self._resume and path not in self._written:
             return None
         try:
-            return read_npz(path)
-        except _BROKEN:
+            return read_sealed(path, self._sealed_name(path))
+        except FileNotFoundError:
+            return None
+        except ValueError as error:
+            self._warn_of(path, error)
             return None
 
     def save(self, name: str, key: str, arrays: Mapping[str, np.ndarray]) -> None:
@@ -64,7 +68,8 @@ class Cache:
         path = self.path(name, key)
         if path.parent not in self._folders:
             self._folders.add(output_folder(path.parent))
-        write_npz(path, arrays)
+        write_sealed(path, self._sealed_name(path), arrays)
+        self._damaged.discard(path)
         self._written.add(path)
         self.remove_stale(name, keep=[key])
 
@@ -81,7 +86,8 @@ class Cache:
         arrays = self.load(name, key)
         try:
             return None if arrays is None else from_arrays(kind, arrays)
-        except (KeyError, ValueError):  # written by a version that kept other fields
+        except (LookupError, TypeError, ValueError) as error:  # written by a version that kept other fields
+            self._warn_of(self.path(name, key), error)
             return None
 
     def save_result(self, name: str, key: str, result: object) -> None:
@@ -96,6 +102,15 @@ class Cache:
             self.save(name, key, arrays)
             result = from_arrays(kind, arrays)
         return result
+
+    def _sealed_name(self, path: Path) -> str:
+        """Part of the checksum, so that an entry that was put in the place of another is noticed."""
+        return path.relative_to(self.folder).as_posix()
+
+    def _warn_of(self, path: Path, error: Exception) -> None:
+        if path not in self._damaged:
+            self._damaged.add(path)
+            self._warn(f"{path}: the cache entry cannot be used and is computed again ({error})")
 
     def remove_stale(self, name: str, keep: Iterable[str]) -> None:
         """Removes all entries of this name except those with the keys to keep."""

@@ -54,7 +54,7 @@ class Context(Session):
             warn_and_report(f"{sequence.name}: {note}")
         if sequence.gaps:
             warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
-        session = Session(output, Cache(output / CACHE_FOLDER, spec.resume), workers, notify)
+        session = Session(output, Cache(output / CACHE_FOLDER, spec.resume, warn_and_report), workers, notify)
         frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report)
         report.bbox_diagonal, report.offset = frames.diagonal, tuple(frames.offset.tolist())
         return cls(output, session.cache, workers, notify, frames, spec.settings, report, warn_and_report)

@@ -126,3 +126,30 @@ def test_keys_depend_on_every_part_and_its_place_but_not_on_the_order_of_names()
     ]
     assert len(set(parts)) == len(parts)
     assert digest({"a": 1, "b": [2, 3]}) == digest({"b": [2, 3], "a": 1})
+
+
+def test_a_damaged_entry_is_made_again_with_one_warning(tmp_path):
+    Cache(tmp_path).save("centers", KEY, Maker()())
+    path = Cache(tmp_path).path("centers", KEY)
+    whole = path.read_bytes()
+    path.write_bytes(whole.replace(b"(3, 2)", b"(1, 2)"))
+    said, make = [], Maker()
+    cache = Cache(tmp_path, warn=said.append)
+    assert cache.load("centers", KEY) is None
+    for _ in range(2):
+        assert_array_equal(cache.load_or_make("centers", KEY, make)["x"], np.full((3, 2), 1.0))
+    assert make.calls == 1 and len(said) == 1 and str(path) in said[0]
+    assert path.read_bytes() == whole
+
+
+def test_an_entry_renamed_to_another_is_made_again(tmp_path):
+    cache = Cache(tmp_path)
+    cache.save("tracking/frame_0001", KEY, Maker(1.0)())
+    cache.path("tracking/frame_0001", KEY).rename(cache.path("tracking/frame_0002", KEY))
+    assert cache.load("tracking/frame_0002", KEY) is None
+
+
+def test_a_missing_entry_is_no_reason_for_a_warning(tmp_path):
+    said = []
+    Cache(tmp_path, warn=said.append).load_or_make("centers", KEY, Maker())
+    assert not said
