@@ -116,7 +116,7 @@ def run(bpy, arguments: dict) -> None:
     options = {name: arguments[f"export_{name}"] for name in export_arguments(bpy) if f"export_{name}" in arguments}
     for kind in arguments["export"]:
         operators.export(format=kind, only_check=True, **options)  # before hours of computation
-    operators.run_all(output=output, quiet=quiet, **given(bpy, arguments, "run_all"))
+    operators.run_all(output=output, quiet=quiet, keep_lock=True, **given(bpy, arguments, "run_all"))
     for kind in arguments["export"]:
         operators.export(format=kind, **options)
     if arguments["preview"]:

@@ -1,6 +1,7 @@
 """Jobs: the pipeline in a worker process, with a responsive window or a progress bar on stderr."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
@@ -35,6 +36,11 @@ class JobOperator(ShowingOperator):
             name="Frames", description="Numbers as in the file names, such as 6-10,14; empty takes that of the panel", **ONCE
         ),
         "resume": BoolProperty(name="Resume", description="Reuse what an earlier run left in the output folder", default=True, **ONCE),
+        "keep_lock": BoolProperty(
+            name="Keep Lock",
+            description="Let no other job write to the output folder until this process ends; for scripts that export afterward",
+            options={"HIDDEN", "SKIP_SAVE"},
+        ),
         "quiet": BoolProperty(name="Quiet", description="No progress bar on stderr in background mode", **ONCE),
         **setting_properties(**ONCE),
     }
@@ -43,9 +49,13 @@ class JobOperator(ShowingOperator):
     def execute(self, context):
         from ..bridge.results.freshness import is_up_to_date
         from ..pipeline.process.client import WorkerProcess
+        from ..pipeline.process.lock import keep_lock
+        from ..pipeline.session.job import CACHE_FOLDER
 
         owner = sequence_object(context)
         spec = self._spec(owner.refmesh)
+        if self.keep_lock:
+            keep_lock(Path(spec.output) / CACHE_FOLDER, spec.output)
         if self.resume and is_up_to_date(owner, self.until, spec.settings.to_flat(), spec.frames, absolute(spec.output)):
             self.report({"INFO"}, "everything is up to date: nothing was computed, and the scene is as it was")
             return {"FINISHED"}
@@ -101,10 +111,12 @@ class JobOperator(ShowingOperator):
     def _spec(self, state):
         from ..io.discovery import find_sequence
         from ..pipeline.session.job import JobSpec
+        from ..pipeline.session.job_input import check_apart
 
         frames = self.frames or state.frame_selection
         output = absolute(self.output or state.output)
         sequence = find_sequence(absolute(state.source), frames)
+        check_apart(sequence, output)
         not_imported = [number for number in sequence.numbers if str(number) not in state.frames]
         if not_imported:
             frame = not_imported[0]

@@ -112,3 +112,19 @@ def test_results_written_to_by_another_sequence_are_refused(blender, ball, frame
     out = write_results(tmp_path / "results", frames)
     blender.ops.refmesh.import_sequence(filepath=str(other))
     refused("load_results", "has frame 6, which is not in this sequence", output=str(out))
+
+
+def test_the_output_folder_stays_locked_until_the_exports_of_a_script_are_written(ball, tmp_path):
+    from refmesh_addon.core.errors import RefMeshError
+    from refmesh_addon.pipeline.process.lock import SCRIPT_LOCK_NAME, keep_lock, output_lock
+
+    bpy.ops.refmesh.run_all(output=str(tmp_path / "out"), quiet=True, keep_lock=True, **TINY)
+    with pytest.raises(RefMeshError, match="another RefMesh job"), output_lock(tmp_path / "out" / "cache", "OUT", SCRIPT_LOCK_NAME):
+        pass
+    keep_lock(tmp_path / "other", "OTHER")
+
+
+def test_an_output_folder_that_holds_the_input_is_refused_before_anything_is_written(ball, frames):
+    before = sorted(frames.rglob("*"))
+    refused("run_all", "the output folder holds the input", output=str(frames), quiet=True, keep_lock=True, **TINY)
+    assert sorted(frames.rglob("*")) == before

@@ -14,25 +14,31 @@ from typing import BinaryIO
 from ...core.errors import RefMeshError
 from ...io.files import output_folder
 
-LOCK_NAME = "lock"
+LOCK_NAME = "lock"  # of the process that computes
+SCRIPT_LOCK_NAME = "script-lock"  # of the one that also writes exports, pictures and the scene, which may be its parent
 _LONGEST_ID = 20  # digits of a process id
 _LOCKED_BYTE = 1 << 20  # far beyond the text: Windows does not let others read a locked byte
 
 
 @contextmanager
-def output_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
-    """Holds the lock file in `folder`, the cache of `output`, for the length of a block.
+def output_lock(folder: str | Path, output: str | Path, name: str = LOCK_NAME, heir_of: int | None = None) -> Iterator[None]:
+    """Holds the lock file `name` in `folder`, the cache of `output`, for the length of a block.
+
+    heir_of : id of a process that may hold the lock on our behalf.
 
     The operating system releases the lock when the process ends, however it ends, so a crash leaves none behind.
     Raises RefMeshError, naming the process, when another job holds it.
     """
-    path = output_folder(folder) / LOCK_NAME
+    path = output_folder(folder) / name
     with ExitStack() as stack:
         try:
             file = stack.enter_context(open(path, "r+b", buffering=0, opener=_open_no_link))
         except OSError as error:
             raise RefMeshError(f"{path}: the lock file cannot be opened ({error.strerror or error}); remove what lies there") from error
         if not _try_lock(file):
+            if heir_of is not None and _holder_id(path) == str(heir_of):
+                yield
+                return
             raise RefMeshError(
                 f"{output}: another RefMesh job{_holder(path)} is writing here; wait for it, cancel it, or choose another folder"
             )
@@ -41,6 +47,28 @@ def output_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
         file.truncate(0)
         file.write(str(os.getpid()).encode("ascii"))
         yield  # closing the file releases the lock
+
+
+@contextmanager
+def job_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
+    """Holds both locks of an output folder for the length of a block; the script's may be held by the process that started this one.
+
+    Raises RefMeshError, naming the process, when another job holds one of them.
+    """
+    with output_lock(folder, output, SCRIPT_LOCK_NAME, heir_of=os.getppid()), output_lock(folder, output):
+        yield
+
+
+_kept = ExitStack()
+
+
+def keep_lock(folder: str | Path, output: str | Path) -> None:
+    """Holds the script's lock until this process ends or keeps that of another folder: nobody computes there between job and exports.
+
+    Raises RefMeshError, naming the process, when another one holds it.
+    """
+    _kept.close()
+    _kept.enter_context(output_lock(folder, output, SCRIPT_LOCK_NAME))
 
 
 def _open_no_link(path: str, flags: int) -> int:
@@ -60,8 +88,12 @@ def _check_content(path: Path) -> None:
         raise RefMeshError(f"{path}: is no lock file of RefMesh; move it away or choose another output folder")
 
 
+def _holder_id(path: Path) -> str:
+    return path.read_bytes()[:_LONGEST_ID].decode("ascii", "replace")
+
+
 def _holder(path: Path) -> str:
-    text = path.read_bytes()[:_LONGEST_ID].decode("ascii", "replace")
+    text = _holder_id(path)
     return f" (process {text})" if text.isdigit() else ""
 
 

@@ -22,7 +22,7 @@ from ..session.job import CACHE_FOLDER, JobSpec
 from ..session.job_input import job_sequence
 from .events import Event
 from .forecast import Forecast, StageTime
-from .lock import output_lock
+from .lock import job_lock
 from .measurements import remember, stage_times
 
 LOG_NAME = "worker.log"
@@ -96,7 +96,7 @@ def _run_file(job_file: str, send: Callable[[Event], None]) -> Event:
 def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> Event:
     try:
         sequence = job_sequence(spec)  # first, so that a wrong input leaves no empty output folder
-        with output_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
+        with job_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
             reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec))
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 

@@ -7,7 +7,7 @@ import pytest
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.pipeline.process.environment import worker_environment
-from refmesh_addon.pipeline.process.lock import output_lock
+from refmesh_addon.pipeline.process.lock import SCRIPT_LOCK_NAME, job_lock, keep_lock, output_lock
 
 HOLDER = """
 import sys
@@ -75,3 +75,38 @@ def test_a_named_pipe_in_place_of_the_lock_is_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "lock")
     with pytest.raises(RefMeshError, match="no regular file"), output_lock(tmp_path, "OUT"):
         pass
+
+
+TAKER = """
+import sys
+from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.pipeline.process.lock import job_lock
+try:
+    with job_lock(sys.argv[1], "OUT"):
+        print("held")
+except RefMeshError as error:
+    print(error)
+"""
+
+
+def taken(command, folder) -> str:
+    return subprocess.run([*command, str(folder)], capture_output=True, text=True, env=worker_environment(), check=True).stdout
+
+
+def test_a_script_keeps_the_folder_after_its_job_and_only_its_own_worker_gets_in(tmp_path):
+    keep_lock(tmp_path / "cache", "OUT")
+    child = [sys.executable, "-c", TAKER]
+    assert taken(child, tmp_path / "cache") == "held\n"
+    grandchild = [sys.executable, "-c", f"import subprocess, sys; subprocess.run([sys.executable, '-c', {TAKER!r}, sys.argv[1]])"]
+    assert f"another RefMesh job (process {os.getpid()}) is writing here" in taken(grandchild, tmp_path / "cache")
+    keep_lock(tmp_path / "other", "OTHER")
+    assert taken(grandchild, tmp_path / "cache") == "held\n"
+
+
+def test_a_script_waits_for_the_job_of_a_window(tmp_path):
+    with job_lock(tmp_path, "OUT"), pytest.raises(RefMeshError, match="another RefMesh job"):
+        keep_lock(tmp_path, "OUT")
+    keep_lock(tmp_path, "OUT")
+    with pytest.raises(RefMeshError, match="another RefMesh job"), output_lock(tmp_path, "OUT", SCRIPT_LOCK_NAME):
+        pass
+    keep_lock(tmp_path / "other", "OTHER")
