@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -72,9 +74,27 @@ def save_scene(path: Path) -> None:
         _check_room(path)
         bpy.ops.wm.save_as_mainfile(filepath=str(path), relative_remap=True, check_existing=False)
     except (OSError, RuntimeError) as error:
-        raise RefMeshError(f"{path}: the scene cannot be saved ({str(error).strip()}); choose another place") from error
+        raise RefMeshError(f"{path}: the scene cannot be saved ({_reason(error, path.parent)}); choose another place") from error
     finally:
         filepaths.save_version = versions
+
+
+def _reason(error: OSError | RuntimeError, folder: Path) -> str:
+    """Blender's own message does not tell a full disk from other failures."""
+    if isinstance(error, RuntimeError) and os.access(folder, os.W_OK) and shutil.disk_usage(folder).free < _scene_size():
+        return os.strerror(errno.ENOSPC)
+    return str(error).strip()
+
+
+def _scene_size() -> int:
+    """Bytes of the saved scene, by saving it to the folder for temporary files; 0 when it cannot be saved there either."""
+    with tempfile.TemporaryDirectory(prefix="refmesh-") as folder:
+        trial = Path(folder) / "scene.blend"
+        try:
+            bpy.ops.wm.save_as_mainfile(filepath=str(trial), copy=True, compress=False, check_existing=False)
+        except RuntimeError:
+            return 0
+        return trial.stat().st_size
 
 
 def _check_room(path: Path) -> None:
