@@ -43,9 +43,12 @@ def output_lock(folder: str | Path, output: str | Path, name: str = LOCK_NAME, h
                 f"{output}: another RefMesh job{_holder(path)} is writing here; wait for it, cancel it, or choose another folder"
             )
         _check_content(path)
-        file.seek(0)
-        file.truncate(0)
-        file.write(str(os.getpid()).encode("ascii"))
+        try:
+            file.seek(0)
+            file.truncate(0)
+            file.write(str(os.getpid()).encode("ascii"))
+        except OSError as error:
+            raise RefMeshError(f"{path}: cannot be written ({error.strerror or error})") from error
         yield  # closing the file releases the lock
 
 

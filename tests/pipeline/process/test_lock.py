@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.pipeline.process import lock
 from refmesh_addon.pipeline.process.environment import worker_environment
 from refmesh_addon.pipeline.process.lock import SCRIPT_LOCK_NAME, job_lock, keep_lock, output_lock
 
@@ -110,3 +111,12 @@ def test_a_script_waits_for_the_job_of_a_window(tmp_path):
     with pytest.raises(RefMeshError, match="another RefMesh job"), output_lock(tmp_path, "OUT", SCRIPT_LOCK_NAME):
         pass
     keep_lock(tmp_path / "other", "OTHER")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full here to stand for a full disk")
+def test_a_full_disk_is_told_by_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(lock, "_open_no_link", lambda path, flags: os.open("/dev/full", os.O_RDWR))
+    with pytest.raises(RefMeshError, match=r"lock: cannot be written"):
+        (tmp_path / "lock").touch()
+        with output_lock(tmp_path, "OUT"):
+            pass
