@@ -9,20 +9,28 @@ from pathlib import Path
 
 from ...core.errors import RefMeshError
 from ...io.discovery import find_sequence
+from ...io.report import COLORED_FOLDER, DEFORMED_FOLDER
 from ...io.sequence import BAKED_FOLDER, Sequence
 from .job import JobSpec
 
+_MESH_FOLDERS = ("reference", DEFORMED_FOLDER, COLORED_FOLDER)  # in the output folder, of results that are meshes
 _Identity = tuple[int, int]  # device and inode: the same for every name of a folder
 
 
 def job_sequence(spec: JobSpec) -> Sequence:
     """The sequence that a job reads.
 
-    Raises RefMeshError when there is none, and when the output folder holds one of its frames, which a result could replace.
+    Raises RefMeshError when there is none, and when the output folder holds one of its frames, or the user's mesh lies among the results.
     """
     sequence = find_sequence(spec.source, spec.frames)
     check_apart(sequence, spec.output)
+    _check_own_mesh(spec.settings.reference.mesh, Path(spec.output))
     return sequence
+
+
+def _check_own_mesh(mesh: str, output: Path) -> None:
+    if mesh and _lies_in(Path(os.path.realpath(mesh)).parent, {_identity(output / folder) for folder in _MESH_FOLDERS} - {None}, None):
+        raise RefMeshError(f"{mesh}: lies among the results, which would replace it; copy it to another folder and give that copy")
 
 
 def check_apart(sequence: Sequence, output: str | Path) -> None:

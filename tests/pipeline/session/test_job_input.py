@@ -5,6 +5,7 @@ import os
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.sequence import BAKED_FOLDER
 from refmesh_addon.pipeline.session.job import JobSpec
 from refmesh_addon.pipeline.session.job_input import job_sequence
@@ -60,3 +61,16 @@ def test_an_output_beside_or_below_the_input_is_taken(tmp_path):
 def test_frames_that_refmesh_baked_into_the_output_are_taken(tmp_path):
     frames = frames_in(tmp_path / "out" / BAKED_FOLDER)
     assert job_sequence(JobSpec(str(frames), str(tmp_path / "out"))).numbers == (1, 2, 3)
+
+
+@pytest.mark.parametrize("folder, taken", [("out/reference", False), ("out/deformed", False), ("out", True), ("mine", True)])
+def test_a_mesh_of_the_users_among_the_results_is_refused(tmp_path, folder, taken):
+    mesh = tmp_path / folder / "group_000.ply"
+    mesh.parent.mkdir(parents=True)
+    mesh.touch()
+    spec = JobSpec(str(frames_in(tmp_path / "take")), str(tmp_path / "out"), settings=Settings.from_flat({"mesh": str(mesh)}))
+    if taken:
+        assert job_sequence(spec).numbers == (1, 2, 3)
+    else:
+        with pytest.raises(RefMeshError, match=r"group_000\.ply: lies among the results"):
+            job_sequence(spec)
