@@ -13,6 +13,7 @@ from ...io.ply import write_ply
 from ...io.report import COLORED_FOLDER, TEXTURE_FOLDER
 from ...io.sequence import held_frames, timeline_frame
 from ..session.context import Context
+from ..session.painted import record_texture, rename_painted
 from .color import EXTENSIONS, ColoredSequence, applied
 from .color_units import finished
 from .deformation import DeformedSequence
@@ -22,6 +23,8 @@ from .groups import FrameGroup
 def write_colors(context: Context, deformed: DeformedSequence, colored: ColoredSequence | None) -> None:
     """Writes all files of the stage, notes them in the report, and removes those of earlier runs."""
     kept: list[str] = []
+    for name, free in rename_painted(context.output).items():
+        context.warn(f"{name} has been changed since it was written; it is kept as {free}")
     if colored is not None:
         output_folder(context.output / (TEXTURE_FOLDER if colored.size else COLORED_FOLDER))
         for group in colored.groups:
@@ -37,6 +40,7 @@ def _write_group(context: Context, colored: ColoredSequence, group: FrameGroup) 
     names = {name: f"{TEXTURE_FOLDER}/group_{group.index:03d}_{name}" for name in ("layout.npz", "steady.png", "steady_mask.png")}
     write_npz(context.claim(names["layout.npz"]), {"uvs": layout.layout.uvs, "triangles": layout.layout.triangles})
     steady = colored.steady_files[group.index]
+    record_texture(context.output, names["steady.png"], steady.image.tobytes())
     _write(context, names["steady.png"], steady.image)
     _write(context, names["steady_mask.png"], steady.mask)
     context.report.groups[group.index] = replace(

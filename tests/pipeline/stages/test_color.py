@@ -110,6 +110,19 @@ def test_off_makes_no_textures_and_removes_those_there(take, output):
     assert "texture" not in report(output)["frames"][0]
 
 
+@pytest.mark.parametrize("changes", [{}, {"texture": "off"}])
+def test_a_painted_steady_texture_is_kept_under_another_name(take, output, changes):
+    """Whatever the next run does with its own; and only once, as the new one is as RefMesh wrote it."""
+    steady = output / "texture" / "group_000_steady.png"
+    written = steady.read_bytes()
+    steady.write_bytes(b"painted")
+    warnings = finish(take, output, **{**SMALL, **changes})
+    assert any("texture/group_000_steady_painted_1.png" in line for line in warnings)
+    assert (output / "texture" / "group_000_steady_painted_1.png").read_bytes() == b"painted"
+    assert not any("painted" in line for line in finish(take, output, **SMALL))
+    assert steady.read_bytes() == written
+
+
 def test_size_and_format_can_be_chosen(take, output):
     finish(take, output, texture="512", texture_format="jpeg", **SMALL)
     assert picture(output / "texture" / "frame_0003.jpg").shape == (512, 512, 3)
