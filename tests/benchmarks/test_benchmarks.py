@@ -14,11 +14,14 @@ from benchmarks.common import tracked
 from benchmarks.frames import frames_folder
 from benchmarks.trajectories import CASES, Case, judge
 from refmesh_addon.core.deformation.arap import ArapSolver
+from refmesh_addon.core.evaluation.distances import Distances
 from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, triangle_normals
-from refmesh_addon.core.settings import TrackingSettings
+from refmesh_addon.core.settings import Settings, TrackingSettings
 from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
 from refmesh_addon.core.tracking.volume import sample_volume
 from refmesh_addon.io.ply import write_ply
+from refmesh_addon.io.report import FrameReport, GroupReport, Report
+from refmesh_addon.io.sequence import Frame, Sequence
 from sample_scenes.generators import SEQUENCES
 
 from ..core.shapes import ball, box, joined, moved
@@ -92,11 +95,14 @@ def test_reconstruction(method):
 
 
 def test_figures_of_a_run(tmp_path):
-    distances = {"mean": 0.001, "p99": 0.002, "max": 0.003}
-    frames = [{way: {name: k * value for name, value in distances.items()} for k, way in enumerate(figures.WAYS, 1)}] * 2
-    group = {"triangles": 10, "watertight": True, "self_intersections": 0, "iou_before": 0.9, "iou_after": 0.95}
-    report = {"schema": 1, "sequence": {"name": "a"}, "frames": frames, "groups": [group], "seconds": {"tracking": 1.5, "reference": 2.0}}
-    (tmp_path / "report.json").write_text(json.dumps(report))
+    ways = {way: Distances(0.001 * k, 0.0015 * k, 0.002 * k, 0.003 * k) for k, way in enumerate(figures.WAYS, 1)}
+    frames = [FrameReport(number, 0, f"deformed/frame_{number:04d}.ply", **ways) for number in (1, 2)]
+    iou = {"iou_before": 0.9, "iou_after": 0.95, "frame_iou_before": (1.0, 0.9), "frame_iou_after": (1.0, 0.95)}
+    surface = {"triangles": 10, "components": 1, "watertight": True, "self_intersections": 0}
+    group = GroupReport(0, (1, 2), 1, "reference/group_000.ply", stress=0.01, **surface, **iou)
+    sequence = Sequence("a", tuple(Frame(number, tmp_path / f"a_{number}.obj") for number in (1, 2)))
+    seconds = {"tracking": 1.5, "reference": 2.0}
+    Report(str(tmp_path), sequence, Settings(), seconds=seconds, groups=[group], frames=frames).write(tmp_path)
     done = subprocess.run([sys.executable, "-m", "benchmarks.figures", str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=True)
     row = json.loads(done.stdout.splitlines()[-1])["rows"][0]
     assert row["deformed_to_source_p99"] == pytest.approx([0.4, 0.4])

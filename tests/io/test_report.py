@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,9 @@ def report(**changes):
 
 
 def test_all_keys_that_other_tools_read_are_there(tmp_path):
-    evaluated = FrameReport(6, 0, "deformed/frame_0006.ply", 0.0, 0.1, 0.2, DISTANCES, DISTANCES, d1_psnr=70.0, d2_psnr=75.0)
+    evaluated = replace(
+        FRAME, held=0.1, hidden=0.2, source_to_deformed=DISTANCES, deformed_to_source=DISTANCES, d1_psnr=70.0, d2_psnr=75.0
+    )
     report(seconds={"tracking": 1.23456}, groups=[GROUP], frames=[evaluated], warnings=["frame 7 is missing"]).write(tmp_path)
     data = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert data["schema"] == 1
