@@ -8,20 +8,7 @@ from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.sequence import timeline_frame
 
-
-@pytest.fixture
-def folder(tmp_path):
-    def make(*names):
-        for name in names:
-            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / name).touch()
-        return tmp_path
-
-    return make
-
-
-def numbered(pattern, numbers):
-    return [pattern.format(number) for number in numbers]
+from .conftest import numbered
 
 
 @pytest.mark.parametrize(

@@ -1,24 +1,10 @@
 """Which scene frame shows which frame of a sequence."""
 
-import pytest
 
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.sequence import BLENDER_LAST_FRAME, held_frames, timeline_frame
 
-
-@pytest.fixture
-def folder(tmp_path):
-    def make(*names):
-        for name in names:
-            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / name).touch()
-        return tmp_path
-
-    return make
-
-
-def numbered(pattern, numbers):
-    return [pattern.format(number) for number in numbers]
+from .conftest import numbered
 
 
 def test_scene_frames_are_the_numbers_even_when_few_are_chosen(folder):

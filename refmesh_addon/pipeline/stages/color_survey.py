@@ -37,9 +37,9 @@ def survey(context: Context, share: StageShare) -> Mapping[int, FrameColors]:
         key = digest(SURVEY_SCHEMA, context.frames.keys[index], files)
         units[index] = WorkUnit(f"color/survey_{frame.number:04d}", key, lambda path=frame.path: (path,), frame.number)
     colors = cached_map(context, frame_colors, units, FrameColors, share)
-    found = {index: colors[index] for index in units}
-    _warn(context, found)
-    return found
+    surveyed = {index: colors[index] for index in units}
+    _warn(context, surveyed)
+    return surveyed
 
 
 def frame_colors(path: Path) -> FrameColors:
@@ -48,13 +48,13 @@ def frame_colors(path: Path) -> FrameColors:
     return FrameColors(0 if appearance is None else appearance.size, appearance is not None, digest(content), notes)
 
 
-def _warn(context: Context, found: Mapping[int, FrameColors]) -> None:
+def _warn(context: Context, surveyed: Mapping[int, FrameColors]) -> None:
     """A sentence for each thing that is wrong, and for frames without color among colored ones."""
-    for note in dict.fromkeys(note for colors in found.values() for note in colors.notes):
+    for note in dict.fromkeys(note for colors in surveyed.values() for note in colors.notes):
         context.warn(note)
-    plain = [context.numbers[index] for index, colors in found.items() if not colors.colored]
-    if plain and len(plain) < len(found):
+    plain = [context.numbers[index] for index, colors in surveyed.items() if not colors.colored]
+    if plain and len(plain) < len(surveyed):
         context.warn(f"frame {plain[0]} and {len(plain) - 1} others have no color; the steady texture is shown in them")
-    sizes = {colors.size for colors in found.values() if colors.size}
+    sizes = {colors.size for colors in surveyed.values() if colors.size}
     if len(sizes) > 1:
         context.warn(f"the pictures of the frames are from {min(sizes)} to {max(sizes)} pixels large; all textures get one size")
