@@ -23,6 +23,8 @@ def obj_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
     Raises ValueError, in words, for an OBJ that cannot be read, RefMeshError for an image that cannot be decoded.
     """
     lines = obj_lines(data)
+    if _is_plain(lines, data, files):
+        return None
     vertices, triangles, _ = parse_obj(data)
     faces = _Faces.of(lines)
     uvs, mapped, materials = faces.triangles()
@@ -37,6 +39,12 @@ def obj_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
         return None
     colors = plain[:, None].repeat(3, axis=1) if colored is None else colored[triangles]
     return Appearance(TriangleMesh(vertices, triangles), uvs, np.where(mapped, place[materials], -1), colors, images)
+
+
+def _is_plain(lines: list[bytes], data: bytes, files: TextureFiles) -> bool:
+    """Whether nothing colors the file, which its first vertex and the files beside it tell without parsing the rest."""
+    first = next((line for line in lines if line.lstrip()[:2] in (b"v ", b"v\t")), b"")
+    return len(_color_of(first)) < 3 and not library_names(data) and files.by_number() is None
 
 
 @dataclass
@@ -126,9 +134,14 @@ def _images(materials: list[Material], used: np.ndarray, files: TextureFiles) ->
 
 def _vertex_colors(lines: list[bytes], count: int) -> np.ndarray | None:
     """(V, 3) uint8 where every vertex has red, green and blue behind its place, 0 to 1 or, where one is larger, 0 to 255."""
-    rows = [line.partition(b"#")[0].split()[4:7] for line in lines if line.lstrip()[:2] in (b"v ", b"v\t")]
+    rows = [_color_of(line) for line in lines if line.lstrip()[:2] in (b"v ", b"v\t")]
     if len(rows) != count or any(len(row) != 3 for row in rows):
         return None
     values = np.array([[float(value) for value in row] for row in rows])
     scale = 255.0 if values.max(initial=0.0) <= 1.0 else 1.0
     return np.clip(np.rint(values * scale), 0, 255).astype(np.uint8)
+
+
+def _color_of(vertex: bytes) -> list[bytes]:
+    """The numbers behind the coordinates of a vertex line."""
+    return vertex.partition(b"#")[0].split()[4:7]

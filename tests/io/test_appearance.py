@@ -128,6 +128,12 @@ def test_file_without_color_has_none(tmp_path):
     assert read(path) == (None, ())
 
 
+def test_faces_of_an_obj_that_nothing_colors_are_not_read(tmp_path):
+    path = tmp_path / "plain_0001.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 nothing\n")
+    assert read(path) == (None, ())
+
+
 PLY = """ply
 format {format} 1.0
 {comment}element vertex 4
