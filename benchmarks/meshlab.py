@@ -10,7 +10,7 @@ import numpy as np
 from refmesh_addon.core.geometry.mesh import triangle_areas
 from refmesh_addon.core.types import TriangleMesh
 
-FINER = 1.3  # triangles of the even remeshing per triangle asked for; decimation takes the surplus from flat places
+FINER = 1.3  # triangles of the even remeshing per requested triangle; decimation takes the surplus from flat places
 FEATURE_ANGLE = 40.0  # degrees; sharper creases keep their place in remeshing
 WORKING_SIZE = 1000.0  # bounding-box diagonal while remeshing: quadric collapses add an absolute term that spoils small meshes
 REMESHING_ROUNDS = 4  # splits, collapses, flips and smoothing in turn; quality has settled by then

@@ -6,7 +6,7 @@
 
 Everything is done by the operators of the add-on, and the options are made from their arguments. An installed extension
 is used where there is one, else the checkout that contains this file.
-Exit code: 0 when everything asked for was written, 1 when something failed, 2 when the options are wrong.
+Exit code: 0 when everything requested was written, 1 when something failed, 2 when the options are wrong.
 """
 
 from __future__ import annotations

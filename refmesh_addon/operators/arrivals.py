@@ -32,5 +32,5 @@ class Arrivals:
             return None
 
     def close(self) -> None:
-        """Nothing more is asked for."""
+        """Stops requesting anything more."""
         self._thread.shutdown(wait=False, cancel_futures=True)

@@ -90,7 +90,7 @@ class REFMESH_OT_edit_groups(SequenceOperator, bpy.types.Operator):
         return starts - {earlier[-1]}
 
     def _present_starts(self, owner) -> set[int]:
-        """Those that are asked for by the settings, else those of the results."""
+        """Those that the settings request, else those of the results."""
         from ..bridge.sequence.raw_sequence import frame_at
 
         state = owner.refmesh

@@ -81,7 +81,7 @@ def _copy_of(export: Export, index: int, root: bpy.types.Object) -> bpy.types.Ob
 
 
 def _leave_out_own(copy: bpy.types.Object, apply_modifiers: bool) -> None:
-    """Takes off what only serves the view or an update, shape keys, which the cache overrides, and modifiers that are not asked for."""
+    """Takes off what only serves the view or an update, shape keys, which the cache overrides, and modifiers that are not requested."""
     remove_override(copy)
     if copy.data.shape_keys is not None:
         copy.shape_key_clear()

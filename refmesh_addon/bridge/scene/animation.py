@@ -11,9 +11,9 @@ Span = tuple[int | None, int | None]
 
 def key_only_between(target: bpy.types.Object, attribute: str, span: Span, inside: object, outside: object) -> None:
     """Keyframes an attribute as `key_between` does, in place of other keyframes of it; does nothing where they are the same already."""
-    wanted = [(float(frame), float(value)) for frame, value in _keys(span, inside, outside)]
+    required = [(float(frame), float(value)) for frame, value in _keys(span, inside, outside)]
     present = [tuple(point.co) for curve in _curves(target, attribute) for point in curve.keyframe_points]
-    if present == wanted:
+    if present == required:
         return
     for curve in list(_curves(target, attribute)):
         _remove(target, curve)

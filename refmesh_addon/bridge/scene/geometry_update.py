@@ -60,15 +60,15 @@ def update_geometry(member: bpy.types.Object, shape: Shape) -> str:
     return ""
 
 
-def has_topology(mesh: bpy.types.Mesh, wanted: TriangleMesh | PreviewMesh) -> bool:
+def has_topology(mesh: bpy.types.Mesh, target: TriangleMesh | PreviewMesh) -> bool:
     """Whether the mesh has these vertices and triangles, in this order; for one of the user's own, as many vertices."""
     if OWN_MESH in mesh:
-        return len(mesh.vertices) == len(wanted.vertices)
-    if (len(mesh.vertices), len(mesh.polygons), len(mesh.loops)) != (len(wanted.vertices), len(wanted.triangles), wanted.triangles.size):
+        return len(mesh.vertices) == len(target.vertices)
+    if (len(mesh.vertices), len(mesh.polygons), len(mesh.loops)) != (len(target.vertices), len(target.triangles), target.triangles.size):
         return False
-    corners = np.empty(wanted.triangles.size, dtype=np.int32)
+    corners = np.empty(target.triangles.size, dtype=np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
-    return np.array_equal(corners, wanted.triangles.ravel())
+    return np.array_equal(corners, target.triangles.ravel())
 
 
 def rest_positions(mesh: bpy.types.Mesh) -> np.ndarray:

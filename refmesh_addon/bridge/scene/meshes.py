@@ -70,14 +70,14 @@ def read_positions(source: bpy.types.Mesh) -> np.ndarray:
 
 def set_uvs(target: bpy.types.Mesh, corners: np.ndarray) -> None:
     """Gives a mesh the UV map of RefMesh beside those of a person: (T, 3, 2) places of the corners of its triangles, v up."""
-    layer, wanted = target.uv_layers.get(UV_NAME), np.ascontiguousarray(corners, dtype=np.float32).ravel()
+    layer, target_uvs = target.uv_layers.get(UV_NAME), np.ascontiguousarray(corners, dtype=np.float32).ravel()
     if layer is None:
         layer = target.uv_layers.new(name=UV_NAME)
         target.uv_layers.active = layer
     present = np.empty(2 * len(target.loops), dtype=np.float32)
     layer.uv.foreach_get("vector", present)
-    if not np.array_equal(present, wanted):
-        layer.uv.foreach_set("vector", wanted)
+    if not np.array_equal(present, target_uvs):
+        layer.uv.foreach_set("vector", target_uvs)
 
 
 def set_colors(target: bpy.types.Mesh, colors: np.ndarray, name: str = COLOR_NAME) -> None:

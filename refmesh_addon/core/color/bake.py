@@ -39,7 +39,7 @@ class Places(FrozenArrays):
 
 
 class Capture:
-    """One captured frame, prepared once to be asked for places."""
+    """One captured frame, prepared once for many queries."""
 
     def __init__(self, mesh: TriangleMesh):
         self.mesh, self.index, self.walk, self.normals = mesh, SurfaceIndex(mesh), SurfaceWalk.of(mesh), triangle_normals(mesh)

@@ -48,9 +48,9 @@ class SurfaceTransfer:
         that none stretches from one island to another; what lies beyond the island is projected to its border.
         """
         island = islands(self._source, corner_values)
-        wanted = np.repeat(island[self.triangles.triangles], 3)
+        allowed_island = np.repeat(island[self.triangles.triangles], 3)
         points = self._target.vertices[self._target.triangles].reshape(-1, 3)
-        return self._located(points, lambda queries, triangles: island[triangles] == wanted[queries])
+        return self._located(points, lambda queries, triangles: island[triangles] == allowed_island[queries])
 
     def _located(self, points: np.ndarray, allowed=None) -> SurfacePoints:
         closest = self._index.query(points, allowed=allowed)

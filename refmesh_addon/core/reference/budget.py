@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-# Fewest triangles where no number is asked for: a coarse capture spends its few where its surface curves, in each frame elsewhere, and a
+# Fewest triangles where no number is requested: a coarse capture spends its few where its surface curves, in each frame elsewhere, and a
 # mesh that has to fit all frames cannot. Its fit of a ball stays rippled with a sixth of these; two thirds of them miss a body
 # captured with 4,000 triangles by 0.016 % of its diagonal in the mean, these by 0.013 %.
 MIN_TRIANGLES = 30_000

@@ -49,7 +49,7 @@ def optimize(
     """One round of global optimization: drop irregular centers, renew the affinity, lower the energy of all frames.
 
     positions : (F, C, 3) float64 tracked centers, scene units.  weights : (C, C) symmetric affinities so far.
-    samples_of : the volume of a frame by its row, asked for again in every iteration so that memory stays small.
+    samples_of : the volume of a frame by its row, read again in every iteration so that memory stays small.
     spacing : s, scene units.  variant : of the affinity, see `affinity.updated`.
     Deterministic; the energy never rises. Raises ValueError for shapes that do not fit, a spacing that is not positive and an
     unknown variant.

@@ -2,7 +2,7 @@
 
 The published steps along the plain gradient are replaced by ones that reach a lower energy sooner: with the owner of
 every sample held, Lloyd's energy is a quadratic that touches the true one from above (so going down in it never goes up
-in truth), and needs nothing of a frame but masses and centroids. The volume is asked for once per iteration.
+in truth), and needs nothing of a frame but masses and centroids. The volume is read once per iteration.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from .writer import FrameGroup
 
 
 class StreamReader:
-    """A .refmesh file: its groups are known at once, and each is decoded when it is asked for.
+    """A .refmesh file: its groups are known at once, and each is decoded on access.
 
     frame_rate : frames per second.  entries : the groups, in the order of the file.
     Raises RefMeshError, naming the file and what is wrong, for one that is missing, damaged, cut off or of another kind.

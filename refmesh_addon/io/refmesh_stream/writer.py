@@ -96,7 +96,7 @@ def _check(group: FrameGroup, grid: np.ndarray) -> None:
     if not np.isfinite(grid).all():
         raise RefMeshError(f"{where}: positions that are not finite numbers cannot be compressed; run the Deform step again")
     if grid.max(initial=0.0) > GREATEST_EXTENT - MARGIN:
-        raise RefMeshError(f"{where}: the error asked for is too small for the size of the mesh; allow a larger one")
+        raise RefMeshError(f"{where}: the requested error is too small for the size of the mesh; allow a larger one")
     if not len(triangles) or vertices > min(MOST_VERTICES, 3 * len(triangles)) or len(triangles) > MOST_TRIANGLES:
         raise RefMeshError(f"{where}: {vertices} vertices and {len(triangles)} triangles cannot be compressed; remove loose vertices")
     a, b, c = triangles.T

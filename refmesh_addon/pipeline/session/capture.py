@@ -38,7 +38,7 @@ class CapturedFile(PreviewMesh):
 
 @dataclass(frozen=True)
 class CapturedSequence:
-    """keys : index of each frame that can be read -> derived from the bytes of its file.  files : read from the cache when asked for."""
+    """keys : index of each frame that can be read -> derived from the bytes of its file.  files : read from the cache on access."""
 
     keys: dict[int, str]
     files: Mapping[int, CapturedFile]

@@ -49,6 +49,6 @@ def _unreadable(frame: Frame, error: RefMeshError) -> FrameStatistics:
 
 
 def _statistics(frame: Frame, file: CapturedFile, key: str) -> FrameStatistics:
-    textures = missing_textures(read_bytes(frame.path), frame.path)  # asked for each time: they are files of their own
+    textures = missing_textures(read_bytes(frame.path), frame.path)  # looked up each time: they are files of their own
     statistics = vars(file.captured.statistics)
     return FrameStatistics(frame.number, content=key, missing_textures=textures, omitted_faces=file.omitted_faces, **statistics)

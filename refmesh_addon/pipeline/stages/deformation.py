@@ -90,7 +90,7 @@ def deform(
 ) -> DeformedSequence:
     """The reference meshes in all frames and hand-overs.
 
-    ready : called for each group as soon as its frames are done, with a sequence of which that group can be asked for.
+    ready : called for each group as soon as its frames are done, with a sequence from which that group can be read.
     """
     settings = replace(context.settings.deformation, steady_frames=0)  # smoothing comes later, on all frames of a group
     groups = [replace(group, key=digest(DEFORMATION_SCHEMA, group.key, asdict(settings))) for group in references.groups]

@@ -1,4 +1,4 @@
-"""The second half of tracking, where it is asked for: rounds of global optimization over the whole sequence."""
+"""The second half of tracking, where requested: rounds of global optimization over the whole sequence."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class FrameGroup:
 
 
 def fixed_groups(context: Context) -> list[tuple[int, ...]]:
-    """Groups that begin where asked, or of the size asked for.
+    """Groups that begin where the settings say, or of the requested size.
 
     Raises RefMeshError when they are to be chosen by what only tracking shows, and for a start that is no frame.
     """
@@ -48,7 +48,7 @@ def fixed_groups(context: Context) -> list[tuple[int, ...]]:
 
 
 def chosen_groups(context: Context, tracking: TrackingResult) -> list[tuple[int, ...]]:
-    """Groups of the size asked for, or chosen by content."""
+    """Groups of the requested size, or chosen by content."""
     settings = context.settings.reference
     if settings.group_size or settings.group_starts.strip():
         return fixed_groups(context)

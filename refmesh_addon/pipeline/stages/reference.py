@@ -53,7 +53,7 @@ class GroupedFrames:
 
 @dataclass(frozen=True)
 class AlignedGroups(GroupedFrames):
-    """The groups of a sequence and their frames in reference positions, read from the cache when they are asked for.
+    """The groups of a sequence and their frames in reference positions, read from the cache on access.
 
     centers : by index of the group.  aligned : by index of the group and index of the frame, hand-overs included.
     """

@@ -39,7 +39,7 @@ class TrackedGroup:
 
 
 def track_groups(context: Context) -> TrackingResult:
-    """Tracks each group of frames by itself. Raises RefMeshError when global rounds, or groups by content, are asked for too."""
+    """Tracks each group of frames by itself. Raises RefMeshError when global rounds, or groups by content, are requested too."""
     if context.settings.tracking.global_rounds:
         raise RefMeshError("--global-rounds optimizes the whole sequence at once: leave it out, or track with --tracking sequence")
     groups = fixed_groups(context)

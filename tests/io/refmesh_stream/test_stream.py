@@ -121,7 +121,7 @@ def test_what_cannot_be_coded_is_refused_and_leaves_no_file(tmp_path):
     ):
         with pytest.raises(RefMeshError, match=says):
             written(path, [group])
-    with pytest.raises(RefMeshError, match="error asked for is too small"):
+    with pytest.raises(RefMeshError, match="requested error is too small"):
         written(path, [FrameGroup((7,), whole, mesh.triangles)], Quality(step=1e-9))
     with pytest.raises(RefMeshError, match="without extent"):
         written(path, [FrameGroup((7,), whole, mesh.triangles)], diagonal=0.0)
