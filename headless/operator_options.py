@@ -22,7 +22,12 @@ class OneLineParser(argparse.ArgumentParser):
 def make_parser(bpy, description: str) -> argparse.ArgumentParser:
     """The parser, with an option for each argument of the operators: name, help, default, bounds and choices."""
     parser = OneLineParser(prog="run.py", description=description, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
-    parser.add_argument("input", metavar="INPUT", help="folder, one file of a sequence, pattern such as 'scan_*.obj', or .abc or .usd file")
+    parser.add_argument(
+        "input", metavar="INPUT", nargs="?", help="folder, one file of a sequence, pattern such as 'scan_*.obj', or .abc or .usd file"
+    )
+    parser.add_argument(
+        "--batch", metavar="TAKES", help="in place of INPUT: a folder of takes, or a CSV file with the column input and options as columns"
+    )
     parser.add_argument("--output", required=True, metavar="OUT", help="folder for everything that is written")
     shared = {name: argument for step in reversed(STEPS) for name, argument in operator_arguments(bpy, step).items()}
     for argument in shared.values():

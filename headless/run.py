@@ -2,11 +2,13 @@
 
     blender -b -P headless/run.py -- INPUT --output OUT [options]
     python headless/run.py INPUT --output OUT [options]
+    python headless/run.py --batch takes.csv --output OUT [options]
     python headless/run.py decode FILE.refmesh --output FOLDER
 
 Everything is done by the operators of the add-on, and the options are made from their arguments. An installed extension
 is used where there is one, else the checkout that contains this file.
-Exit code: 0 when everything requested was written, 1 when something failed, 2 when the options are wrong.
+Exit code: 0 when everything requested was written, 1 when something failed, 2 when the options are wrong; of a batch, how many
+takes failed.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ from pathlib import Path
 from typing import TextIO
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # Blender's -P does not
-from operator_options import export_arguments, make_decode_parser, make_parser, operator_arguments  # noqa: E402
+from batch import BatchJob, run_batch  # noqa: E402
+from operator_options import STEPS, export_arguments, make_decode_parser, make_parser, operator_arguments  # noqa: E402
+from takes import Columns  # noqa: E402
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 EXIT_FAILED = 1
@@ -40,7 +44,12 @@ def main() -> int:
     try:
         if own_arguments(bpy)[:1] == [DECODE]:
             return decode(bpy, own_arguments(bpy)[1:])
-        arguments = vars(make_parser(bpy, __doc__).parse_args(own_arguments(bpy)))
+        parser = make_parser(bpy, __doc__)
+        arguments = vars(parser.parse_args(own_arguments(bpy)))
+        if bool(arguments["input"]) == bool(arguments["batch"]):
+            parser.error("give either INPUT or --batch TAKES")
+        if arguments["batch"]:
+            return run_batch(batch_job(bpy, arguments), batch_columns(bpy))
         stdout = claim_stdout()
         run(bpy, arguments)
     except RuntimeError as error:
@@ -63,6 +72,37 @@ def decode(bpy, words: list[str]) -> int:
     if not arguments.quiet:
         print(*sorted(folder.glob("frame_*.ply")), sep="\n", file=stdout, flush=True)
     return 0
+
+
+def batch_job(bpy, arguments: dict) -> BatchJob:
+    """What to do for each take: this script again, with the options that belong to no single take or to the batch."""
+    paths = [os.path.abspath(arguments[name]) for name in ("batch", "output")]
+    own_mesh = [f"--mesh={os.path.abspath(arguments['mesh'])}"] if arguments.get("mesh") else []
+    words = [*without_options(own_arguments(bpy), ("--batch", "--output", "--preview", "--mesh")), *own_mesh]
+    if bpy.app.binary_path:
+        command = (bpy.app.binary_path, *sys.argv[1 : sys.argv.index("--")], "--")
+    else:
+        command = (sys.executable, __file__)
+    return BatchJob(*map(Path, paths), tuple(words), arguments["preview"] or "", arguments["check"], command)
+
+
+def batch_columns(bpy) -> Columns:
+    """The options that a row may hold."""
+    options = {name: argument for step in STEPS for name, argument in operator_arguments(bpy, step).items()}
+    options |= {f"export_{name}": argument for name, argument in export_arguments(bpy).items()}
+    named = {name.replace("_", "-"): argument.type == "BOOLEAN" for name, argument in options.items()}
+    switches = frozenset(name for name, switch in named.items() if switch)
+    return Columns(switches, frozenset(named) - switches | {"export", "preview"}, lambda path: is_scene_file(bpy, path))
+
+
+def without_options(words: list[str], names: tuple[str, ...]) -> list[str]:
+    """The words of a command line without some options, each with one value, as `--name value` or `--name=value`."""
+    kept, skip = [], False
+    for word in words:
+        if not skip and word not in names and not word.startswith(tuple(f"{name}=" for name in names)):
+            kept.append(word)
+        skip = not skip and word in names
+    return kept
 
 
 def print_findings(arguments: dict, stdout: TextIO) -> int:
