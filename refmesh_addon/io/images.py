@@ -16,7 +16,16 @@ EXTENSIONS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".tga", ".bmp", ".webp")
 LARGEST = 8192  # pixels along a side that are kept: 200 MB; larger pictures are halved until they fit
 MOST = 16384  # pixels along a side that are read at all: 800 MB
 JPEG_QUALITY = 95
+WEBP_QUALITY, WEBP_EFFORT = 85, 4  # for the web, where size counts more; 6 is the greatest effort
 PNG_EFFORT = 3  # of zlib, 0 to 9: beyond that files shrink by a few percent and take twice as long
+
+_JPEG = "JPEG", {"quality": JPEG_QUALITY, "subsampling": 0}
+_ENCODERS: dict[str, tuple[str, dict]] = {
+    ".png": ("PNG", {"compress_level": PNG_EFFORT}),
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
+    ".webp": ("WEBP", {"quality": WEBP_QUALITY, "method": WEBP_EFFORT}),
+}
 
 
 def images_available() -> bool:
@@ -77,18 +86,17 @@ def _gray(values: np.ndarray, factor: int) -> np.ndarray:
 
 
 def encoded(pixels: np.ndarray, extension: str) -> bytes:
-    """(H, W, 3) or (H, W) uint8, first row at the top, as ".png" or ".jpg"; the same pixels give the same bytes."""
+    """(H, W, 3) or (H, W) uint8, first row at the top, as ".png", ".jpg" or ".webp"; the same pixels give the same bytes."""
     from PIL import Image
 
-    jpeg = extension.lower() in (".jpg", ".jpeg")
-    options = {"quality": JPEG_QUALITY, "subsampling": 0} if jpeg else {"compress_level": PNG_EFFORT}
+    kind, options = _ENCODERS[extension.lower()]
     file = io.BytesIO()
-    Image.fromarray(pixels).save(file, "JPEG" if jpeg else "PNG", **options)
+    Image.fromarray(pixels).save(file, kind, **options)
     return file.getvalue()
 
 
 def write_image(path: str | Path, pixels: np.ndarray) -> None:
-    """A picture as PNG or JPEG, by the extension. Raises RefMeshError when the file cannot be written."""
+    """A picture as PNG, JPEG or WebP, by the extension. Raises RefMeshError when the file cannot be written."""
     data = encoded(pixels, Path(path).suffix)
     with atomic_file(path) as file:
         file.write(data)

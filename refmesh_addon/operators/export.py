@@ -113,7 +113,7 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         results = absolute_path(owner, owner.refmesh.output)
         folder = absolute(self.directory) if self.directory else results / "export"
         options = chosen_options(self.properties, known)
-        return registry.write(known, Export(owner, choice, results, folder, options, self.apply_modifiers))
+        return registry.write(known, Export(owner, choice, results, folder, options, self.apply_modifiers, _unwrapped))
 
     def _owners(self, context):
         if self.scope != "COLLECTION":
@@ -122,6 +122,12 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         if not owners:
             raise RefMeshError(f"the collection '{context.collection.name}' holds no mesh sequence; click another one in the outliner")
         return owners
+
+
+def _unwrapped(mesh):
+    from ..pipeline.session.unwrapping import unwrapped  # late: SciPy comes with it, and may be missing
+
+    return unwrapped(mesh)
 
 
 CLASSES = (REFMESH_OT_export,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib.util import find_spec
 
 import bpy
@@ -9,7 +10,10 @@ import numpy as np
 import pytest
 
 from refmesh_addon.bridge.scene.meshes import read_positions
+from refmesh_addon.core.color.projected_layout import projected_layout
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.io.files import write_npz
+from refmesh_addon.io.images import write_image
 from refmesh_addon.io.ply import read_surface
 from refmesh_addon.io.refmesh_stream.reader import StreamReader
 
@@ -45,6 +49,28 @@ def test_a_small_glb_plays_in_blender_frame_by_frame(blender, solved, results):
                 assert true_surface(index, number, upright=True).query(positions).distances.max() < TOLERANCE
             else:
                 assert np.ptp(positions, axis=0).max() < 1e-6
+
+
+@pytest.mark.parametrize("image", ["webp", "png", "jpg"])
+def test_a_small_glb_shows_the_steady_texture_in_blender(blender, solved, results, image):
+    report = json.loads((results / "report.json").read_text())
+    for index, group in enumerate(report["groups"]):
+        layout = projected_layout(reference(index))
+        group["layout"], group["texture"] = f"texture/group_{index:03d}_layout.npz", f"texture/group_{index:03d}_steady.png"
+        (results / "texture").mkdir(exist_ok=True)
+        write_npz(results / group["layout"], {"uvs": layout.uvs, "triangles": layout.triangles})
+        write_image(results / group["texture"], np.full((128, 128, 3), 100 + 50 * index, np.uint8))
+    (results / "report.json").write_text(json.dumps(report))
+    blender.ops.refmesh.export(format="glb", glb_size="small", glb_error=0.1, glb_image=image)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.import_scene.gltf(filepath=str(results / "export" / "ball.glb"))
+    bodies = sorted((item for item in bpy.data.objects if item.type == "MESH"), key=lambda item: int(item.parent.name.split()[1]))
+    for index, body in enumerate(bodies):
+        (picture,) = [node.image for node in body.data.materials[0].node_tree.nodes if node.type == "TEX_IMAGE"]
+        pixels = np.empty(picture.size[0] * picture.size[1] * 4, np.float32)
+        picture.pixels.foreach_get(pixels)
+        assert np.abs(255 * pixels.reshape(-1, 4)[:, :3] - (100 + 50 * index)).max() < 3
+        assert len(body.data.uv_layers) == 1
 
 
 def test_a_small_glb_is_smaller(blender, solved, results):

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ...core.types import TriangleMesh
 from .choice import Choice
+
+if TYPE_CHECKING:
+    from ...core.color.layout import Layout
 
 
 @dataclass(frozen=True)
@@ -19,6 +24,7 @@ class Export:
     meshes, point caches, deformed frames and report.json are.  folder : to write to; exists when `write` is called.
     options : instance of `Format.options`; None for a format without options.
     apply_modifiers : whether modifiers that a person has put on the deformed meshes, above the cache, go out as well.
+    unwrap : a texture layout of a mesh, for formats that reduce it; None where none can be computed.
     """
 
     owner: bpy.types.Object
@@ -27,6 +33,7 @@ class Export:
     folder: Path
     options: Any = None
     apply_modifiers: bool = True
+    unwrap: Callable[[TriangleMesh], Layout | None] = lambda mesh: None
 
     @property
     def name(self) -> str:

@@ -30,16 +30,18 @@ def diagonal(export: Export) -> float:
     return float(read_report(export.results)["bbox_diagonal"])
 
 
-def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
+def frame_groups(export: Export, by_scene_frame: bool, colors: bool = False) -> Iterator[FrameGroup]:
     """The chosen frames of each group, read one group at a time.
 
     by_scene_frame : whether frames have the numbers of the scene's frames, from which times follow, or those of their files.
-    A scene frame that holds the one before it has no frame of its own.
+    A scene frame that holds the one before it has no frame of its own.  colors : whether the groups have their steady colors.
     """
     from ...io.refmesh_stream.writer import FrameGroup  # late: SciPy comes with it, and may be missing
+    from ...io.steady_colors import steady_colors
 
     numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
-    paths = {frame["number"]: export.results / frame["deformed"] for frame in read_report(export.results)["frames"]}
+    report = read_report(export.results)
+    paths = {frame["number"]: export.results / frame["deformed"] for frame in report["frames"]}
     for index, frames in export.choice.groups.items():
         chosen = [frame for frame in frames if frame in numbers]
         if not chosen:
@@ -48,9 +50,9 @@ def frame_groups(export: Export, by_scene_frame: bool) -> Iterator[FrameGroup]:
             check_result(paths[numbers[frame]])
         meshes = [read_surface(paths[numbers[frame]]) for frame in chosen]
         names = chosen if by_scene_frame else [numbers[frame] for frame in chosen]
-        yield FrameGroup(
-            tuple(names), np.stack([shown_vertices(export, index, frame, mesh) for frame, mesh in zip(chosen, meshes)]), meshes[0].triangles
-        )
+        positions = np.stack([shown_vertices(export, index, frame, mesh) for frame, mesh in zip(chosen, meshes)])
+        appearance = steady_colors(export.results, report, index, meshes[0]) if colors else None
+        yield FrameGroup(tuple(names), positions, meshes[0].triangles, appearance)
 
 
 def shown_vertices(export: Export, index: int, scene_frame: int, mesh: TriangleMesh) -> np.ndarray:

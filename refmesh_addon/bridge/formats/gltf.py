@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
-import numpy as np
 
 from ...core.options import option
+from ...io.files import atomic_file
 from ...io.formats import GLB
-from ..scene.far_origin import offset_of, place_in_world
 from ..scene.timeline import timeline
 from .export import Export
 from .files import replacing
-from .frame_groups import diagonal, frame_groups, frame_rate
 from .layers import groups_to_attributes, has_materials, supported
 from .pictures import show_steady
+from .small_gltf import small_choice, small_file
 from .stand_ins import morphing_stand_ins
-
-if TYPE_CHECKING:
-    from ...io.refmesh_stream.writer import FrameGroup
-
-Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # Blender's axes to those of glTF
 
 
 @dataclass(frozen=True)
@@ -44,7 +36,18 @@ class GlbOptions:
         0.0, "Small files: megabits per second, from which the error follows, by the first group; 0 takes the error", low=0.0, high=1000.0
     )
     packed: bool = option(False, "Small files: packed to a third by EXT_meshopt_compression; Blender reads it from 5.2 on")
-    normals: bool = option(True, "Small files: with normals, so that viewers shade smoothly")
+    normals: bool = option(True, "Small files: with normals where there are no colors, so that viewers shade smoothly")
+    texture: int = option(1024, "Small files: greatest side of a texture, pixels; 0 leaves colors out", low=0, high=8192)
+    image: str = option(
+        "webp",
+        "Small files: how textures are stored",
+        choices={
+            "webp": "WebP, the smallest, for web browsers and Blender",
+            "png": "PNG, without loss, for every program",
+            "jpg": "JPEG, for every program",
+        },
+        titles={"webp": "WebP", "png": "PNG", "jpg": "JPEG"},
+    )
 
 
 def unavailable() -> str:
@@ -58,25 +61,19 @@ def write(export: Export) -> list[Path]:
 
 
 def _write_small(export: Export) -> list[Path]:
-    """All groups in one file, each a reduced mesh with a few quantized morph targets."""
-    from ...io.small_glb.writer import SmallGlb, within_rate, write_small_glb  # late: SciPy comes with it, and may be missing
-
     options: GlbOptions = export.options
-    target = export.target(GLB.extensions[0])
-    root = export.owner.refmesh.root
-    placement = Y_UP @ np.array(place_in_world(root))
-    choice = SmallGlb(options.error / 100, packed=options.packed, normals=options.normals, placement=placement)
-    size, rate = diagonal(export), frame_rate()
-    if options.mbps:
-        choice = within_rate(next(_groups_about_root(export)), size, rate, choice, options.mbps)
-    write_small_glb(target, _groups_about_root(export), size, rate, choice)
+    choice = small_choice(
+        export,
+        error=options.error / 100,
+        packed=options.packed,
+        normals=options.normals,
+        texture=options.texture,
+        image=f".{options.image}",
+    )
+    data, target = small_file(export, choice, options.mbps)[0], export.target(GLB.extensions[0])
+    with atomic_file(target) as file:
+        file.write(data)
     return [target]
-
-
-def _groups_about_root(export: Export) -> Iterator[FrameGroup]:
-    """The groups about the offset that the root carries, so that its rotation turns no large numbers."""
-    offset = offset_of(export.owner.refmesh.root)
-    return (replace(group, positions=group.positions - offset) for group in frame_groups(export, by_scene_frame=True))
 
 
 def _write_full(export: Export) -> list[Path]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.color.appearance import Appearance
 from ...core.compression.group import GREATEST_EXTENT, STEP
 from ...core.compression.group_encoder import MARGIN, Balance, encoded_group
 from ...core.compression.reduction import reduced
@@ -33,11 +34,16 @@ from .layout import (
 
 @dataclass(frozen=True)
 class FrameGroup(FrozenArrays):
-    """Frames of one topology.  numbers : of the F frames.  positions : (F, V, 3) float64, scene units.  triangles : (T, 3)."""
+    """Frames of one topology.
+
+    numbers : of the F frames.  positions : (F, V, 3) float64, scene units.  triangles : (T, 3).
+    appearance : colors of the triangles that are alike in all frames; None without colors. Its mesh is that of any frame.
+    """
 
     numbers: tuple[int, ...]
     positions: np.ndarray
     triangles: np.ndarray
+    appearance: Appearance | None = None
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ _HEAD, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 _MAGIC, _VERSION = b"glTF", 2
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
-SHAPES = {1: "SCALAR", 3: "VEC3"}
+SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 QUANTIZATION, MESHOPT = "KHR_mesh_quantization", "EXT_meshopt_compression"
 FALLBACK = 1  # buffer that stands for what a reader of packed views unpacks
 
@@ -28,16 +28,36 @@ FALLBACK = 1  # buffer that stands for what a reader of packed views unpacks
 class Container:
     """A GLB file that is being put together.
 
-    packed : whether vertices and triangles are packed by EXT_meshopt_compression.  content : what the JSON holds besides buffers, views
-    and accessors.
+    packed : whether vertices and triangles are packed by EXT_meshopt_compression.  content : what the JSON holds besides buffers, views,
+    accessors and extensions.
     """
 
     packed: bool
     content: dict[str, Any] = field(default_factory=dict)
+    _extensions: dict[str, bool] = field(default_factory=lambda: {QUANTIZATION: True})
     _binary: bytearray = field(default_factory=bytearray)
     _unpacked: int = 0
     _views: list[dict] = field(default_factory=list)
     _accessors: list[dict] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if self.packed:
+            self.extend(MESHOPT, required=True)
+
+    def extend(self, extension: str, required: bool = False) -> None:
+        """Declares an extension of glTF.  required : a reader without it cannot show the file."""
+        self._extensions[extension] = required
+
+    def entry(self, kind: str, item: dict) -> int:
+        """Number of an entry of one of the document's lists, such as "materials"; equal entries are one."""
+        entries = self.content.setdefault(kind, [])
+        if item not in entries:
+            entries.append(item)
+        return entries.index(item)
+
+    def raw(self, data: bytes) -> int:
+        """Number of a view of bytes that no accessor reads, such as a picture."""
+        return self._add_view(data, {})
 
     def values(self, array: np.ndarray) -> int:
         """Number of an accessor of plain float32 values, (N,) or (N, 3), with their bounds."""
@@ -55,14 +75,14 @@ class Container:
         return self._add_accessor(view, 0, corners)
 
     def vertices(self, arrays: list[np.ndarray], normalized: bool = False) -> list[int]:
-        """Numbers of accessors of (V, 3) integers of one type, one behind the other in one view, each vertex on a multiple of 4 bytes.
+        """Numbers of accessors of (V, 2) or (V, 3) integers of one type, one behind the other in a view, each on a multiple of 4 bytes.
 
         normalized : the largest integer stands for 1; else integers stand for themselves, and bounds are given.
         """
-        kind = arrays[0].dtype
-        rows = np.zeros((sum(len(array) for array in arrays), 4), dtype=kind.newbyteorder("<"))
-        rows[:, :3] = np.concatenate(arrays)
-        stride = rows.itemsize * 4
+        kind, width = arrays[0].dtype, arrays[0].shape[1]
+        stride = -(-width * kind.itemsize // 4) * 4
+        rows = np.zeros((sum(len(array) for array in arrays), stride // kind.itemsize), dtype=kind.newbyteorder("<"))
+        rows[:, :width] = np.concatenate(arrays)
         if self.packed:
             view = self._add_packed(encoded_attributes(rows.view(np.uint8).reshape(len(rows), stride)), rows, "ATTRIBUTES", ARRAY_BUFFER)
         else:
@@ -113,14 +133,12 @@ class Container:
         """The whole file."""
         binary = bytes(self._binary) + bytes(-len(self._binary) % 4)
         buffers: list[dict] = [{"byteLength": len(binary)}]
-        used = [QUANTIZATION]
         if self.packed:
             buffers.append({"byteLength": self._unpacked, "extensions": {MESHOPT: {"fallback": True}}})
-            used.append(MESHOPT)
         document = {
             "asset": {"version": "2.0", "generator": "RefMesh"},
-            "extensionsUsed": used,
-            "extensionsRequired": used,
+            "extensionsUsed": list(self._extensions),
+            "extensionsRequired": [name for name, required in self._extensions.items() if required],
             **self.content,
             "accessors": self._accessors,
             "bufferViews": self._views,

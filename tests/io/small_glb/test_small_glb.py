@@ -1,9 +1,5 @@
 import json
-import os
-import shutil
-import subprocess
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,18 +8,15 @@ from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.refmesh_stream.writer import FrameGroup
-from refmesh_addon.io.small_glb.writer import SmallGlb, within_rate, write_small_glb
+from refmesh_addon.io.small_glb.choice import SmallGlb
+from refmesh_addon.io.small_glb.writer import within_rate, write_small_glb
 from tests.core import shapes
 from tests.io.refmesh_stream.bodies import torus_groups
+from tests.io.small_glb.programs import VALIDATE, node
 from tests.io.small_glb.unpacking import Glb
 
 DIAGONAL, RATE = 4.0, 30.0
 CHOICE = SmallGlb(error=2e-3, triangles=(2000,))
-MODULES = Path(os.environ.get("REFMESH_NODE_MODULES", Path(__file__).resolve().parents[3] / "build" / "node" / "node_modules"))
-VALIDATE = """
-const fs = require('fs'), validator = require('gltf-validator');
-validator.validateBytes(new Uint8Array(fs.readFileSync(process.argv[1]))).then(report => console.log(JSON.stringify(report.issues)));
-"""
 UNPACK = """
 const fs = require('fs');
 import(process.env.NODE_PATH + '/meshoptimizer/meshopt_decoder.mjs').then(async ({ MeshoptDecoder }) => {
@@ -43,14 +36,6 @@ import(process.env.NODE_PATH + '/meshoptimizer/meshopt_decoder.mjs').then(async 
 def written(path, groups, choice=CHOICE):
     result = write_small_glb(path, groups, DIAGONAL, RATE, choice)
     return Glb(path.read_bytes()), result
-
-
-def node(code, path, package):
-    """What Node.js prints that runs a program with a package; the test is skipped where there is no such package."""
-    if not shutil.which("node") or not (MODULES / package).is_dir():
-        pytest.skip(f"the npm package '{package}' is not in {MODULES}: make viewers")
-    environment = {**os.environ, "NODE_PATH": str(MODULES)}
-    return subprocess.run(["node", "-e", code, str(path)], capture_output=True, text=True, check=True, env=environment).stdout
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["plain", "packed"])
