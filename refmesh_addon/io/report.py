@@ -102,6 +102,22 @@ class FrameReport:
     capped: float | None = None
 
 
+@dataclass(frozen=True)
+class FarPlace:
+    """A place at which a deformed frame and its source are far apart.
+
+    frame : number.  kind : "extra" where the result has surface that the source does not show, but for contacts and holes; "missing"
+    where the source shows surface that the result does not have.  distance : largest there, share of the diagonal.
+    position : of that point, in the coordinates of the input.  area : share of the frame's surface.
+    """
+
+    frame: int
+    kind: str
+    distance: float
+    position: tuple[float, ...]
+    area: float
+
+
 @dataclass
 class Report:
     """Filled stage by stage and written after each.
@@ -109,6 +125,7 @@ class Report:
     seconds : stage -> time it took.  bbox_diagonal : of the whole sequence, scene units.  offset : what is missing
     in the positions of playback files, which are in single precision; all others are in the coordinates of the input.
     tracking : figures of the volume tracking.  centers_playback : path relative to the output folder.
+    far_places : the worst first.
     """
 
     input: str
@@ -121,6 +138,7 @@ class Report:
     tracking: dict[str, object] = field(default_factory=dict)
     groups: list[GroupReport] = field(default_factory=list)
     frames: list[FrameReport] = field(default_factory=list)
+    far_places: list[FarPlace] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, object]:
@@ -138,6 +156,7 @@ class Report:
             "tracking": self.tracking,
             "groups": [_without_none(group) for group in self.groups],
             "frames": [_without_none(frame) for frame in self.frames],
+            "far_places": [asdict(place) for place in self.far_places],
             "warnings": self.warnings,
         }
 
@@ -169,7 +188,7 @@ def read_report(output: str | Path) -> dict[str, object]:
     if schema != SCHEMA:
         raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")
     try:
-        check_report(report, path.parent, GroupReport, FrameReport)
+        check_report(report, path.parent, GroupReport, FrameReport, FarPlace)
     except ValueError as error:
         raise RefMeshError(f"{path}: the report is damaged ({error}); run RefMesh on this folder again") from error
     return report

@@ -18,15 +18,19 @@ PATHS = {"reference", "playback", "layout", "texture", "texture_mask", "deformed
 LARGEST_NUMBER = 10**18  # of a frame or a group
 
 
-def check_report(report: object, folder: Path, group: type, frame: type) -> None:
+def check_report(report: object, folder: Path, group: type, frame: type, place: type) -> None:
     """Raises ValueError, naming the entry, for a report that is not as `Report.to_dict` gives it.
 
-    folder : that it is in.  group, frame : the dataclasses of its entries.
+    folder : that it is in.  group, frame, place : the dataclasses of its entries.
     """
     if not isinstance(report, dict):
         raise ValueError("it is not an object")
     _check_list(report, "groups", lambda entry, name: _check_entry(entry, group, name, folder))
     _check_list(report, "frames", lambda entry, name: _check_entry(entry, frame, name, folder))
+    if "far_places" in report:
+        _check_list(report, "far_places", lambda entry, name: _check_entry(entry, place, name, folder))
+        if any(len(entry["position"]) != 3 for entry in report["far_places"]):
+            raise ValueError("a position in 'far_places' has not three numbers")
     sequence = _member(report, "sequence", dict)
     _check_list(sequence, "numbers", lambda entry, name: _check(entry, int, name))
     if not sequence["numbers"]:

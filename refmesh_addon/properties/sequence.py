@@ -4,7 +4,16 @@ No `from __future__ import annotations` here: Blender reads the annotations as v
 """
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 from ..core.findings import CENTER_ATTRIBUTES
 from ..core.options import title
@@ -14,6 +23,7 @@ from .updates import (
     arrange_objects,
     go_to_finding,
     go_to_group,
+    go_to_place,
     relocate_frames,
     replay_corrections,
     restyle_centers,
@@ -40,6 +50,14 @@ class RefMeshFinding(bpy.types.PropertyGroup):
 
     severity: StringProperty(name="Severity", description="Error, warning or note")
     message: StringProperty(name="Finding", description="What may be wrong with the frame")
+
+
+class RefMeshPlace(bpy.types.PropertyGroup):
+    """A place at which a frame and its source are far apart; `name` holds the number of the frame."""
+
+    kind: StringProperty(name="Kind", description="extra: surface that the source does not show; missing: source that the result lacks")
+    distance: FloatProperty(name="Distance", description="Largest distance there, share of the diagonal")
+    position: FloatVectorProperty(name="Position", description="Of that point, as the deformed mesh is stored")
 
 
 class RefMeshCorrection(bpy.types.PropertyGroup):
@@ -93,6 +111,8 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     findings: CollectionProperty(type=RefMeshFinding)
     active_finding: IntProperty(name="Finding", description="Click a finding to go to its frame", update=go_to_finding)
     checked: BoolProperty(name="Checked", description="Whether every frame was checked", options={"HIDDEN"})
+    places: CollectionProperty(type=RefMeshPlace)
+    active_place: IntProperty(name="Place", description="Click a place to go to its frame and set the 3D cursor there", update=go_to_place)
     shown: StringProperty(name="Shown Frame", description="Number of the frame whose mesh the object holds now", options={"HIDDEN"})
     root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that all objects of this sequence are parented to")
     centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")
@@ -166,4 +186,4 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (RefMeshFrame, RefMeshFinding, RefMeshCorrection, RefMeshGroup, RefMeshSequence)
+CLASSES = (RefMeshFrame, RefMeshFinding, RefMeshPlace, RefMeshCorrection, RefMeshGroup, RefMeshSequence)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 
 import bpy
+from mathutils import Vector
 
 from ..core.errors import RefMeshError
 from .wording import for_window
@@ -15,6 +16,20 @@ def go_to_finding(state, context):
     frame = state.frames.get(state.findings[state.active_finding].name)
     if frame is not None:
         context.scene.frame_set(frame.scene_frame)
+
+
+def go_to_place(state, context):
+    """Shows the frame of the place that was clicked, with the 3D cursor on it."""
+    if state.active_place >= len(state.places):
+        return
+    place = state.places[state.active_place]
+    frame = state.frames.get(place.name)
+    if frame is None:
+        return
+    context.scene.frame_set(frame.scene_frame)
+    shown = [group.deformed for group in state.groups if group.start <= frame.scene_frame and group.deformed is not None]
+    if shown:
+        context.scene.cursor.location = shown[-1].matrix_world @ Vector(place.position)
 
 
 def go_to_group(state, context):

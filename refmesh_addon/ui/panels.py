@@ -9,7 +9,7 @@ from .export_panel import REFMESH_MT_export, REFMESH_PT_export
 from .groups_panel import REFMESH_PT_groups, REFMESH_UL_groups
 from .run_panel import REFMESH_PT_run
 from .sequence_panel import REFMESH_PT_sequence, REFMESH_UL_findings
-from .step_panels import REFMESH_PT_color, REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track
+from .step_panels import REFMESH_PT_color, REFMESH_PT_deform, REFMESH_PT_reference, REFMESH_PT_track, REFMESH_UL_places
 from .step_settings import REFMESH_PT_deform_advanced, REFMESH_PT_reference_advanced, REFMESH_PT_track_advanced
 from .view_panel import REFMESH_PT_view
 
@@ -26,6 +26,7 @@ CLASSES = (
     REFMESH_UL_groups,
     REFMESH_PT_groups,
     REFMESH_PT_bodies,
+    REFMESH_UL_places,
     REFMESH_PT_deform,
     REFMESH_PT_deform_advanced,
     REFMESH_UL_corrections,

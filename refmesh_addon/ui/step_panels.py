@@ -9,7 +9,15 @@ from .layout import SequencePanel, describe_seconds, draw_wrapped
 from .step_settings import FIRST, draw_settings
 
 WORST_SHOWN = 5  # frames listed with the largest distance
+ROWS = 5  # of the list of places, before it scrolls
 STATUS_ICONS = {"never": "BLANK1", "current": "CHECKMARK", "stale": "FILE_REFRESH"}
+
+
+class REFMESH_UL_places(bpy.types.UIList):
+    """One line for each place at which a frame and its source are far apart; a click goes there."""
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
+        layout.label(text=f"{item.name}:  {100 * item.distance:.1f} %  {item.kind}", icon="REMOVE" if item.kind == "missing" else "ADD")
 
 
 class StepPanel(SequencePanel):
@@ -101,6 +109,9 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
         column = self.layout.column(align=True)
         for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
             column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
+        if state.places:
+            draw_wrapped(self.layout, context, "Surface farther than 1 % of the diagonal from the other", icon="ERROR")
+            self.layout.template_list("REFMESH_UL_places", "", state, "places", state, "active_place", rows=min(ROWS, len(state.places)))
 
 
 class REFMESH_PT_color(StepPanel, bpy.types.Panel):

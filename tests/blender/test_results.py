@@ -207,3 +207,23 @@ def edit_report(out, change) -> None:
     report = json.loads((out / "report.json").read_text())
     change(report)
     (out / "report.json").write_text(json.dumps(report))
+
+
+def test_far_places_are_listed_and_a_click_goes_there(blender, solved, results):
+    places = [
+        {"frame": number, "kind": kind, "distance": 0.4 / number, "position": [1.0, number, 0.0], "area": 0.01}
+        for number, kind in ((7, "extra"), (10, "missing"))
+    ]
+    edit_report(results, lambda report: report.update(far_places=places))
+    blender.context.scene.frame_set(6)
+    blender.ops.refmesh.load_results()
+    state = solved.refmesh
+    assert [(item.name, item.kind) for item in state.places] == [("7", "extra"), ("10", "missing")]
+    assert blender.context.scene.frame_current == 6, "loading goes nowhere"
+    for index, number in enumerate((7, 10)):
+        state.active_place = index
+        assert blender.context.scene.frame_current == number
+        np.testing.assert_allclose(blender.context.scene.cursor.location, [1.0, 0.0, number], atol=1e-5)  # Y up in the files
+    edit_report(results, lambda report: report.pop("far_places"))
+    blender.ops.refmesh.load_results()
+    assert not state.places

@@ -8,7 +8,7 @@ import pytest
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.io.report import FrameReport, GroupReport, Report, read_report
+from refmesh_addon.io.report import FarPlace, FrameReport, GroupReport, Report, read_report
 from refmesh_addon.io.sequence import Frame, Sequence
 
 ELSEWHERE = ["/etc/passwd", "../secret.ply", "reference/../../secret.ply", "C:\\secret.ply", "\\\\host\\share", "//host/share"]
@@ -23,6 +23,7 @@ def valid(tmp_path):
         GroupReport(0, (1, 2), 1, "reference/group_000.ply", 80, 1, True, 0.1, 0.9, 0.95, (0.9,) * 2, (0.95,) * 2, 0, "playback/a.pc2")
     )
     report.frames += [FrameReport(number, 0, f"deformed/frame_{number:04d}.ply") for number in (1, 2)]
+    report.far_places.append(FarPlace(2, "extra", 0.4, (1.0, 0.0, 0.0), 0.03))
     report.write(tmp_path)
     return tmp_path
 
@@ -91,3 +92,9 @@ def test_deeply_nested_json_is_refused(valid):
     (valid / "report.json").write_text("[" * 100_000)
     with pytest.raises(RefMeshError, match="the report is damaged"):
         read_report(valid)
+
+
+@pytest.mark.parametrize("position", [[1.0, 2.0], [1.0, 2.0, "x"], None])
+def test_a_place_without_three_numbers_is_refused(valid, position):
+    with pytest.raises(RefMeshError, match="far_places"):
+        read_report(changed(valid, lambda data: data["far_places"][0].__setitem__("position", position)))

@@ -113,6 +113,7 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
             frame.distance = measured[frame.name]
         else:
             frame.property_unset("distance")
+    _show_places(state, results)
     reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured), "color" in report["seconds"]]
     known = {setting.name for setting in flat_fields()}
     settings = {name: value for name, value in report["settings"].items() if name in known}
@@ -124,6 +125,15 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
         state.heat_map = bool(measured)  # draws the errors anew
     show_textures(owner, results.folder, report)
     state.done = {stage for stage, is_reached in zip(STAGES, reached, strict=True) if is_reached}
+
+
+def _show_places(state, results: Results) -> None:
+    """The list of places at which frames are far from their sources, the worst first."""
+    state.places.clear()
+    for place in results.report.get("far_places", []):
+        item = state.places.add()
+        item.name, item.kind, item.distance = str(place["frame"]), place["kind"], place["distance"]
+        item.position = np.array(place["position"]) - results.offset
 
 
 def _selection(state, numbers: list[int]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry.closest_point import SurfaceIndex
 from ..types import FrozenArrays, TriangleMesh
 from .distances import Distances, TwoSidedDistance
+from .far_places import FAR, FarPlaces, extra_places, missing_places, no_places
 from .psnr import d1_d2_psnr
 from .sampled_surface import SampledSurface
 from .visibility import unseen
@@ -21,10 +22,13 @@ class MeasuredFrame(FrozenArrays):
     """How far a deformed mesh is from its source.
 
     distances : two-sided.  errors : (R,) of each deformed vertex, shares of the source's bounding-box diagonal.
+    extra : where the deformed surface is far from the source.  missing : where the source is far from the deformed surface.
     """
 
     distances: TwoSidedDistance
     errors: np.ndarray
+    extra: FarPlaces
+    missing: FarPlaces
 
 
 def surface_distance(source: TriangleMesh, deformed: TriangleMesh, samples: int, rng: np.random.Generator) -> TwoSidedDistance:
@@ -38,26 +42,24 @@ def surface_distance(source: TriangleMesh, deformed: TriangleMesh, samples: int,
     >>> round(distance.source_to_deformed.mean * square.diagonal, 6)
     0.01
     """
-    return _distance(SurfaceIndex(source), deformed, samples, rng)
-
-
-def per_vertex_error(deformed: TriangleMesh, source: SurfaceIndex) -> np.ndarray:
-    """(R,) distance of each vertex to the source surface, scene units."""
-    return source.query(deformed.vertices).distances
+    return _distance(SurfaceIndex(source), SurfaceIndex(deformed), samples, rng)
 
 
 def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> MeasuredFrame:
-    """Two-sided distance and the error of each deformed vertex."""
-    index = SurfaceIndex(source)
-    errors = per_vertex_error(deformed, index) / source.diagonal
-    return MeasuredFrame(_distance(index, deformed, samples, np.random.default_rng(SEED)), errors)
+    """Two-sided distance, the error of each deformed vertex, and the places that are far off."""
+    there, back = SurfaceIndex(source), SurfaceIndex(deformed)
+    closest = there.query(deformed.vertices)
+    distances = _distance(there, back, samples, np.random.default_rng(SEED))
+    # The source's vertices are queried only where one of its samples is far already: a part of it that none hits is a speck.
+    missing = missing_places(there, back) if distances.source_to_deformed.max > FAR else no_places()
+    return MeasuredFrame(distances, closest.distances / source.diagonal, extra_places(back, there, closest), missing)
 
 
-def _distance(source: SurfaceIndex, deformed: TriangleMesh, samples: int, rng: np.random.Generator) -> TwoSidedDistance:
-    on_source, on_deformed = (SampledSurface.of(mesh, samples, rng) for mesh in (source.mesh, deformed))
-    index, diagonal = SurfaceIndex(deformed), source.mesh.diagonal
-    outward, inward = index.query(on_source.points), source.query(on_deformed.points)
-    hidden = unseen(index, source, on_deformed, inward)
+def _distance(source: SurfaceIndex, deformed: SurfaceIndex, samples: int, rng: np.random.Generator) -> TwoSidedDistance:
+    on_source, on_deformed = (SampledSurface.of(index.mesh, samples, rng) for index in (source, deformed))
+    diagonal = source.mesh.diagonal
+    outward, inward = deformed.query(on_source.points), source.query(on_deformed.points)
+    hidden = unseen(deformed, source, on_deformed, inward)
     there, back, visible = (
         Distances.of(distances / diagonal) for distances in (outward.distances, inward.distances, inward.distances[~hidden])
     )

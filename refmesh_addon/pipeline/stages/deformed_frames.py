@@ -6,18 +6,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ...core.evaluation.error_scale import error_colors
+from ...core.evaluation.far_places import FAR, FarPlaces
 from ...core.evaluation.metrics import MeasuredFrame
 from ...core.evaluation.stretch import RestShape
 from ...io.files import output_folder
+from ...io.frame_range import format_ranges
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
-from ...io.report import DEFORMED_FOLDER, FrameReport, deformed_path
+from ...io.report import DEFORMED_FOLDER, FarPlace, FrameReport, deformed_path
 from ...io.sequence import held_frames
 from ..session.cache import KEY_LENGTH
 from ..session.context import Context
 from .deformation import DeformedSequence, SmoothedFrame
 from .groups import FrameGroup
 
+# Kinds of places at which a frame and its source are far apart, as fields of `MeasuredFrame`.
+KINDS = {"extra": ("deformed surface", "the source"), "missing": ("source", "the deformed surface")}
 FLIPPED_WARNING = 0.001  # share of flipped triangles above which a frame is named in the warnings
 
 
@@ -52,9 +56,29 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
             if measured is not None:
                 entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report
                 colors = error_colors(measured[frame].errors)
+                for kind in KINDS:
+                    context.report.far_places += _reported(entry.number, kind, getattr(measured[frame], kind))
             write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities)
             context.report.frames.append(entry)
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
+    context.report.far_places.sort(key=lambda place: -place.distance)
+    _warn_of_far_places(context)
+
+
+def _reported(number: int, kind: str, places: FarPlaces) -> list[FarPlace]:
+    rows = zip(places.distances.tolist(), places.positions.tolist(), places.areas.tolist(), strict=True)
+    return [FarPlace(number, kind, distance, tuple(position), area) for distance, position, area in rows]
+
+
+def _warn_of_far_places(context: Context) -> None:
+    """One warning of each kind, at its worst place."""
+    for kind, (surface, other) in KINDS.items():
+        places = [place for place in context.report.far_places if place.kind == kind]
+        if places:
+            worst, numbers = places[0], sorted({place.frame for place in places})
+            where = "({:.4g}, {:.4g}, {:.4g})".format(*worst.position)
+            more = f"{len(numbers)} of {len(context.numbers)} frames have such places beyond {FAR:.0%}: {format_ranges(numbers)}"
+            context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}; {more}")
 
 
 def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, row: int) -> FrameReport:

@@ -14,7 +14,7 @@ from ..session.session import StageShare
 from .deformation import DeformedSequence
 from .groups import FrameGroup
 
-EVALUATION_SCHEMA = 5
+EVALUATION_SCHEMA = 6
 # Parts of the stage's time, roughly.
 FRAMES = StageShare(EVALUATION, 0.0, 0.85)
 HANDOVERS = StageShare(EVALUATION, 0.85, 1.0)
