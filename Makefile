@@ -9,13 +9,14 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test fuzz peers viewers lint samples pictures pages extension test-extension lock clean
+.PHONY: help environment demo test fuzz peers viewers web-viewer lint samples pictures pages extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
 
 environment:
 	@$(PYTHON) environment/create.py
+	@$(PYTHON) web_viewer/build.py --optional
 
 ## make demo       run the whole job on a sample sequence, into build/demo
 demo: environment
@@ -39,7 +40,12 @@ peers: environment
 
 ## make viewers    add the programs that tests open GLB files with, from npm, to build/node (REFMESH_NODE_MODULES= for another place)
 viewers:
-	npm install --silent --no-save --prefix build/node gltf-validator@2.0.0-dev.3.10 meshoptimizer@1.3.0
+	npm install --silent --no-save --prefix build/node gltf-validator@2.0.0-dev.3.10 meshoptimizer@1.3.0 \
+		babylonjs@9.35.0 babylonjs-loaders@9.28.0
+
+## make web-viewer bundle the viewer of --export web with three.js from npm; `make environment` does so where npm is there
+web-viewer:
+	$(PYTHON) web_viewer/build.py
 
 ## make lint       style, docstrings, types, and who may import whom
 lint: environment
@@ -81,4 +87,4 @@ lock:
 
 ## make clean      remove .venv and everything that was built
 clean:
-	rm -rf .venv build wheels
+	rm -rf .venv build wheels refmesh_addon/io/web_page/viewer.js

@@ -16,6 +16,7 @@ from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.images import write_image
 from refmesh_addon.io.ply import read_surface
 from refmesh_addon.io.refmesh_stream.reader import StreamReader
+from refmesh_addon.io.web_page.writer import viewer_problem
 
 from .conftest import GROUPS, NUMBERS, place, reference
 
@@ -71,6 +72,15 @@ def test_a_small_glb_shows_the_steady_texture_in_blender(blender, solved, result
         picture.pixels.foreach_get(pixels)
         assert np.abs(255 * pixels.reshape(-1, 4)[:, :3] - (100 + 50 * index)).max() < 3
         assert len(body.data.uv_layers) == 1
+
+
+@pytest.mark.skipif(bool(viewer_problem()), reason=viewer_problem() or "-")
+def test_a_web_page_holds_the_small_glb(blender, solved, results):
+    blender.ops.refmesh.export(format="web", web_error=0.1)
+    blender.ops.refmesh.export(format="glb", glb_size="small", glb_error=0.1, glb_packed=True)
+    folder = results / "export" / "ball_web"
+    assert sorted(path.name for path in folder.iterdir()) == ["ball.glb", "ball.glb.js", "index.html", "viewer.js"]
+    assert (folder / "ball.glb").read_bytes() == (results / "export" / "ball.glb").read_bytes()
 
 
 def test_a_small_glb_is_smaller(blender, solved, results):

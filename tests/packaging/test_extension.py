@@ -36,6 +36,8 @@ def test_zip_holds_the_addon_and_nothing_else(archive):
     names = set(zipfile.ZipFile(archive).namelist())
     sources = {str(path.relative_to(ROOT)) for folder in ("refmesh_addon", "headless") for path in (ROOT / folder).rglob("*.py")}
     sources |= {str(path.relative_to(ROOT)) for path in (ROOT / "docs" / "panel").iterdir() if path.suffix in (".md", ".html", ".png")}
+    page = ROOT / "refmesh_addon" / "io" / "web_page"
+    sources |= {str(path.relative_to(ROOT)) for path in (page / "index.html", page / "viewer.js") if path.exists()}  # npm makes the last
     assert {name for name in names if not name.endswith("/")} == sources | {
         "blender_manifest.toml",
         "__init__.py",
