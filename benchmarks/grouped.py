@@ -14,12 +14,13 @@ from scipy import sparse
 from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer
 from refmesh_addon.core.evaluation.distances import TwoSidedDistance
 from refmesh_addon.core.evaluation.metrics import surface_distance
-from refmesh_addon.core.geometry.holes import capped
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
 from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
+from refmesh_addon.core.reference.cap_points import counting
 from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, place_centers
 from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
+from refmesh_addon.core.surfacing.hole_caps import CappedMesh, smoothly_capped
 from refmesh_addon.core.surfacing.reconstruction import reconstruction_depth
 from refmesh_addon.core.tracking.affinity import near_pairs
 from refmesh_addon.core.types import TriangleMesh
@@ -36,20 +37,25 @@ SAMPLES = 50_000
 
 @dataclass(frozen=True)
 class Take:
-    """Tracked frames.  meshes : as captured.  bodies : closed.  positions : (F, C, 3).  affinity : (C, C).  spacing : s."""
+    """Tracked frames.  meshes : as captured.  capped : closed.  positions : (F, C, 3).  affinity : (C, C).  spacing : s."""
 
     numbers: tuple[int, ...]
     meshes: list[TriangleMesh]
-    bodies: list[TriangleMesh]
+    capped: list[CappedMesh]
     positions: np.ndarray
     affinity: sparse.csr_matrix
     spacing: float
+
+    @property
+    def bodies(self) -> list[TriangleMesh]:
+        """The closed meshes."""
+        return [body.mesh for body in self.capped]
 
     def part(self, frames: list[int]) -> Take:
         """Some of its frames, by index; the tracking stays that of the whole take."""
         chosen = lambda items: [items[index] for index in frames]
         return Take(
-            tuple(chosen(self.numbers)), chosen(self.meshes), chosen(self.bodies), self.positions[frames], self.affinity, self.spacing
+            tuple(chosen(self.numbers)), chosen(self.meshes), chosen(self.capped), self.positions[frames], self.affinity, self.spacing
         )
 
 
@@ -57,8 +63,8 @@ def tracked_take(source: str | Path, frames: str, settings: TrackingSettings) ->
     """Reads and tracks frames as a job does."""
     captured = find_sequence(source, frames).frames
     meshes = [read_mesh(frame.path) for frame in captured]
-    bodies = [capped(merged(mesh)[0]) for mesh in meshes]
-    states = [state for state, _ in tracked(bodies, settings)]
+    bodies = [smoothly_capped(merged(mesh)[0]) for mesh in meshes]
+    states = [state for state, _ in tracked([body.mesh for body in bodies], settings)]
     affinity = states[-1].affinity
     positions = np.stack([state.centers for state in states])
     return Take(tuple(frame.number for frame in captured), meshes, bodies, positions, affinity.weights(), affinity.spacing)
@@ -88,13 +94,13 @@ def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Refe
     group = place_centers(take.positions, take.affinity, take.spacing, settings)
     budget = triangle_budget(settings.triangles, [len(mesh.triangles) for mesh in take.meshes])
     count = points_per_frame(budget, len(take.meshes))
-    anchor = take.bodies[group.anchor]
-    mapped = anchor_frame(anchor, take.positions[group.anchor], group, settings)
-    tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.bodies, take.positions)]
+    mapped = anchor_frame(take.capped[group.anchor], take.positions[group.anchor], group, settings)
+    tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.capped, take.positions)]
     aligned = _mapped(workers, align_frame, tasks)
-    kept = [one for one in aligned if one.iou_after >= settings.least_overlap]
-    points, normals = (np.concatenate([getattr(one, name) for one in kept]) for name in ("points", "normals"))
-    depth = settings.poisson_depth or reconstruction_depth(anchor, budget)
+    kept = [index for index, one in enumerate(aligned) if one.iou_after >= settings.least_overlap]
+    surfaces = counting([aligned[index].surface for index in kept], kept.index(group.anchor))
+    points, normals = (np.concatenate([getattr(surface, name) for surface in surfaces]) for name in ("points", "normals"))
+    depth = settings.poisson_depth or reconstruction_depth(take.bodies[group.anchor], budget)
     (built,) = _mapped(workers, build_with, [(settings.reconstruction, points, normals, take.spacing, budget, depth)])
     before, after = ([getattr(one, name) for one in aligned] for name in ("iou_before", "iou_after"))
     targets = [one.targets for one in aligned]

@@ -10,7 +10,9 @@ from scipy.spatial import cKDTree
 
 from ..geometry.mesh import sample_surface, triangle_normals
 from ..geometry.voxels import Grid, fill, fill_closed, grid_around
+from ..surfacing.hole_caps import without_holes
 from ..types import TriangleMesh
+from .cap_points import HoleFinder
 
 POINTS_PER_CENTER = 60  # on the anchor frame's surface: about 0.1 s apart on a body of 1000 centers
 IOU_RESOLUTION = 128  # voxels along the longest side when overlap is measured: the paper's 0.01 at 1.8 units, nearly
@@ -23,7 +25,7 @@ class AnchorFrame:
 
     tree : of points spread densely over its surface, the closest of which stands for the closest point: only its tangent
     plane matters, and it is several times as fast to find.  normals : (N, 3) of the surface at these points.
-    grid, inside : its volume.  laplacian : (C, C) of the graph of strongest affinities.
+    holes : of the anchor frame.  grid, inside : its volume.  laplacian : (C, C) of the graph of strongest affinities.
     """
 
     tree: cKDTree
@@ -31,15 +33,21 @@ class AnchorFrame:
     grid: Grid
     inside: np.ndarray
     laplacian: sparse.csr_matrix
+    holes: HoleFinder
 
     @classmethod
-    def of(cls, mesh: TriangleMesh, whole: np.ndarray, affinity: sparse.csr_matrix) -> AnchorFrame:
-        """mesh : mapped anchor frame.  whole : (T,) bool, its triangles that do not span a tear.  affinity : (C, C) of the group."""
+    def of(cls, mesh: TriangleMesh, whole: np.ndarray, affinity: sparse.csr_matrix, holes: HoleFinder | None = None) -> AnchorFrame:
+        """mesh : mapped anchor frame.  whole : (T,) bool, its triangles that do not span a tear.  affinity : (C, C) of the group.
+
+        holes : of the anchor frame; None for none.
+        """
         surface = TriangleMesh(mesh.vertices, mesh.triangles[whole])
         points, owners = sample_surface(surface, POINTS_PER_CENTER * affinity.shape[0], np.random.default_rng(0))
         grid = grid_around(mesh.vertices, IOU_RESOLUTION)
         inside = fill(surface, grid)
-        return cls(cKDTree(points), triangle_normals(surface)[owners], grid, inside, sparse.csgraph.laplacian(_strongest(affinity)))
+        laplacian = sparse.csgraph.laplacian(_strongest(affinity))
+        finder = holes or HoleFinder(without_holes(mesh), 0.0)
+        return cls(cKDTree(points), triangle_normals(surface)[owners], grid, inside, laplacian, finder)
 
     def iou(self, mesh: TriangleMesh) -> float:
         """Intersection over union with the volume of a closed mesh, also where that leaves the anchor frame's box."""

@@ -11,12 +11,14 @@ from scipy import sparse
 from ..errors import RefMeshError
 from ..geometry.self_intersection import crossing_triangles
 from ..settings import ReferenceSettings
+from ..surfacing.hole_caps import CappedMesh
 from ..surfacing.reconstruction import screened_poisson
 from ..surfacing.remeshing import remeshed
 from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
 from .alignment import align
 from .anchor_frame import AnchorFrame
+from .cap_points import HoleFinder, OrientedPoints
 from .mapping import FrameMap
 from .oriented_points import oriented_points
 from .reference_centers import reference_centers
@@ -43,13 +45,12 @@ class GroupCenters(FrozenArrays):
 class AlignedFrame(FrozenArrays):
     """A frame carried to the reference positions.
 
-    targets : (C, 3) the frame's own reference centers.  points, normals : (P, 3) oriented points on its surface.
+    targets : (C, 3) the frame's own reference centers.  surface : points on its surface, with those on caps.
     iou_before, iou_after : overlap with the anchor frame, before and after alignment, 0 to 1.
     """
 
     targets: np.ndarray
-    points: np.ndarray
-    normals: np.ndarray
+    surface: OrientedPoints
     iou_before: float
     iou_after: float
 
@@ -89,28 +90,30 @@ def place_centers(
     return GroupCenters(placed, affinity, spacing, reference.anchor, reference.stress)
 
 
-def anchor_frame(mesh: TriangleMesh, centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings) -> AnchorFrame:
+def anchor_frame(body: CappedMesh, centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings) -> AnchorFrame:
     """The anchor frame of a group, mapped to the reference positions: bound, sampled and voxelized once for all frames of the group.
 
-    mesh : the anchor frame's, closed.  centers : (C, 3) tracked centers in that frame, scene units.
+    body : the anchor frame's.  centers : (C, 3) tracked centers in that frame, scene units.
     """
-    frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
+    frame = FrameMap(body.mesh, centers, group.affinity, group.spacing, settings.mapping)
     mapped = frame.to(group.positions)
-    return AnchorFrame.of(mapped, frame.whole(mapped), group.affinity)
+    holes = HoleFinder(CappedMesh(mapped, body.holes), group.spacing)
+    return AnchorFrame.of(mapped, frame.whole(mapped), group.affinity, holes)
 
 
 def align_frame(
-    mesh: TriangleMesh, centers: np.ndarray, anchor: AnchorFrame, group: GroupCenters, settings: ReferenceSettings, count: int
+    body: CappedMesh, centers: np.ndarray, anchor: AnchorFrame, group: GroupCenters, settings: ReferenceSettings, count: int
 ) -> AlignedFrame:
     """A frame carried to the reference positions and aligned with the anchor frame.
 
-    mesh : the frame's, closed.  centers : (C, 3) tracked centers in that frame, scene units.  anchor : from `anchor_frame`.
+    body : the frame's.  centers : (C, 3) tracked centers in that frame, scene units.  anchor : from `anchor_frame`.
     count : oriented points to sample.
     """
-    frame = FrameMap(mesh, centers, group.affinity, group.spacing, settings.mapping)
+    frame = FrameMap(body.mesh, centers, group.affinity, group.spacing, settings.mapping)
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
-    points, normals = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
-    return AlignedFrame(aligned.targets, points, normals, aligned.before, aligned.after)
+    points, normals, triangles = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
+    surface = anchor.holes.counted(points, normals, body.holes[triangles] >= 0)
+    return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after)
 
 
 def build_reference(

@@ -32,7 +32,7 @@ def regularized(mesh: TriangleMesh, surface: SurfaceIndex, frozen: np.ndarray) -
     """
     for _ in range(ROUNDS):
         for _ in range(FLIPS):
-            mesh = _flipped(mesh, frozen)
+            mesh = flipped(mesh, frozen)
         mesh = _smoothed(mesh, surface, frozen)
     return mesh
 
@@ -42,8 +42,8 @@ def quality(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return triangle_shapes(vertices[triangles])[1]
 
 
-def _flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
-    """The mesh with those edges flipped that gain more than the other edges of their two triangles."""
+def flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
+    """The mesh with those edges flipped that gain more than the other edges of their two triangles.  frozen : as above."""
     vertices, triangles, count = mesh.vertices, mesh.triangles.astype(np.int64), len(mesh.vertices)
     table = HalfEdges(triangles, count)
     half_edges = table.pairs

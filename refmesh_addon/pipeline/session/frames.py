@@ -11,8 +11,8 @@ import numpy as np
 from ...core.capture.floaters import without_floaters
 from ...core.capture.openness import openness
 from ...core.errors import RefMeshError
-from ...core.geometry.holes import capped
 from ...core.geometry.storage_offset import storage_offset
+from ...core.surfacing.hole_caps import smoothly_capped
 from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
 from ...io.sequence import Sequence
@@ -27,7 +27,7 @@ class Frames:
     """Meshes of a sequence by index, seams closed, oriented outward.
 
     mesh(index) : as captured.  surface(index) : the same without floaters, what is followed and fitted.
-    body(index) : the surface with its holes capped, so that it encloses a volume.
+    capped(index) : the surface with its holes capped, and which triangles cap them.  body(index) : the mesh of it, which encloses a volume.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
     corners.  diagonals : (F,) of the boxes, scene units.  statistics : of each frame as it came.
     Raises RefMeshError, naming the file, for a frame that is not of the size of the others.
@@ -48,7 +48,7 @@ class Frames:
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
         self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: without_floaters(self.mesh(index)))
-        self.body = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: capped(self.surface(index)))
+        self.capped = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: smoothly_capped(self.surface(index)))
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -62,6 +62,10 @@ class Frames:
     def offset(self) -> np.ndarray:
         """(3,) about which positions are stored in single precision, by the first frame; zeros near the origin."""
         return storage_offset(*self.boxes[0])
+
+    def body(self, index: int) -> TriangleMesh:
+        """The surface with its holes capped."""
+        return self.capped(index).mesh
 
     def path(self, index: int) -> Path:
         """The file of a frame."""

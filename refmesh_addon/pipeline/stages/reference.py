@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.reference.alignment import AnchorFrame
 from ...core.reference.budget import points_per_frame, triangle_budget
+from ...core.reference.cap_points import counting
 from ...core.reference.group import (
     AlignedFrame,
     GroupCenters,
@@ -21,8 +22,9 @@ from ...core.reference.group import (
 )
 from ...core.reference.own_mesh import carried_to_reference
 from ...core.settings import ReferenceSettings
+from ...core.surfacing.hole_caps import CappedMesh
 from ...core.surfacing.reconstruction import reconstruction_depth
-from ...core.types import Keyed, TriangleMesh
+from ...core.types import Keyed
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
@@ -33,7 +35,7 @@ from .own_mesh import own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
 
-REFERENCE_SCHEMA = 9
+REFERENCE_SCHEMA = 10
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
@@ -73,11 +75,11 @@ class References(AlignedGroups):
 class GroupAnchor(Keyed):
     """What all frames of a group are aligned with.
 
-    mesh : the anchor frame's, closed.  tracked : (C, 3) centers in that frame.  centers : what the frames of the group share.
+    body : the anchor frame's.  tracked : (C, 3) centers in that frame.  centers : what the frames of the group share.
     """
 
     key: str
-    mesh: TriangleMesh
+    body: CappedMesh
     tracked: np.ndarray
     centers: GroupCenters
     settings: ReferenceSettings
@@ -125,14 +127,14 @@ def building_units(context: Context, aligned: AlignedGroups) -> dict[int, WorkUn
     return {group.index: _building(context, group, aligned) for group in aligned.groups}
 
 
-def align_to_anchor(mesh: TriangleMesh, tracked: np.ndarray, anchor: GroupAnchor, count: int) -> AlignedFrame:
+def align_to_anchor(body: CappedMesh, tracked: np.ndarray, anchor: GroupAnchor, count: int) -> AlignedFrame:
     """`align_frame`, with an anchor frame that is built anew only where the last call in this process was for another group."""
-    return align_frame(mesh, tracked, _anchor_frame(anchor), anchor.centers, anchor.settings, count)
+    return align_frame(body, tracked, _anchor_frame(anchor), anchor.centers, anchor.settings, count)
 
 
 @lru_cache(maxsize=1)  # frames come group by group, and one group fits any memory
 def _anchor_frame(anchor: GroupAnchor) -> AnchorFrame:
-    return anchor_frame(anchor.mesh, anchor.tracked, anchor.centers, anchor.settings)
+    return anchor_frame(anchor.body, anchor.tracked, anchor.centers, anchor.settings)
 
 
 def counts_for_the_surface(context: Context, aligned: AlignedFrame) -> bool:
@@ -154,9 +156,9 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
         own = centers[group.index]
         anchor = group.frames[own.anchor]
         anchor_centers, frame_centers = tracking.centers_in((anchor, frame))
-        shared = GroupAnchor(group.key, context.frames.body(anchor), anchor_centers, own, context.settings.reference)
+        shared = GroupAnchor(group.key, context.frames.capped(anchor), anchor_centers, own, context.settings.reference)
         count = points_per_frame(_budget(context, group), len(group.frames))
-        return context.frames.body(frame), frame_centers, shared, count
+        return context.frames.capped(frame), frame_centers, shared, count
 
     number = context.numbers[frame]
     entry = f"reference/handover_{group.index:03d}" if frame == group.handover else f"reference/aligned_{number:04d}"
@@ -166,9 +168,10 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
 def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> WorkUnit:
     def arguments() -> tuple:
         frames = [groups.aligned[group.index, frame] for frame in group.frames]
-        kept = [frame for frame in frames if counts_for_the_surface(context, frame)]
-        points, normals = (np.concatenate([getattr(frame, name) for frame in kept]) for name in ("points", "normals"))
+        kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
         centers = groups.centers[group.index]
+        surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
+        points, normals = (np.concatenate([getattr(surface, name) for surface in surfaces]) for name in ("points", "normals"))
         anchor = context.frames.body(group.frames[centers.anchor])
         settings, triangles = context.settings.reference, _budget(context, group)
         depth = settings.poisson_depth or reconstruction_depth(anchor, triangles)

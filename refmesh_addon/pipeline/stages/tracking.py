@@ -18,7 +18,7 @@ from ..session.session import StageShare
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
-TRACKING_SCHEMA = 6
+TRACKING_SCHEMA = 7
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
 
