@@ -7,10 +7,10 @@ from pathlib import Path
 from ...core.errors import RefMeshError
 from ...io.files import output_folder
 from ...io.formats import Format
-from . import alembic, gltf, pc2, ply, refmesh, usd, web
+from . import alembic, fbx, gltf, pc2, ply, refmesh, usd, vat, web
 from .export import Export
 
-MENU = (pc2, alembic, usd, gltf, web, ply, refmesh)  # in this order
+MENU = (pc2, alembic, usd, gltf, fbx, web, vat, ply, refmesh)  # in this order
 FORMATS = {module.FORMAT.name: module.FORMAT for module in MENU}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -23,13 +23,16 @@ Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # 
 
 def small_choice(export: Export, **options) -> SmallGlb:
     """The options of `SmallGlb` with what follows from the scene: where the sequence is, and how a mesh is unwrapped."""
-    from ...core.color.projected_layout import projected_layout  # late: SciPy comes with it, and may be missing
-    from ...io.small_glb.choice import SmallGlb
+    from ...io.small_glb.choice import SmallGlb  # late: SciPy comes with it, and may be missing
 
-    def unwrap(mesh: TriangleMesh) -> Layout:
-        return export.unwrap(mesh) or projected_layout(mesh)
+    return SmallGlb(placement=Y_UP @ np.array(place_in_world(export.owner.refmesh.root)), unwrap=layout_maker(export), **options)
 
-    return SmallGlb(placement=Y_UP @ np.array(place_in_world(export.owner.refmesh.root)), unwrap=unwrap, **options)
+
+def layout_maker(export: Export) -> Callable[[TriangleMesh], Layout]:
+    """Gives a mesh a texture layout: that of the export, or a plainer one where that fails."""
+    from ...core.color.projected_layout import projected_layout
+
+    return lambda mesh: export.unwrap(mesh) or projected_layout(mesh)
 
 
 def small_file(export: Export, choice: SmallGlb, mbps: float = 0.0) -> tuple[bytes, list[WrittenRun]]:
@@ -41,11 +44,11 @@ def small_file(export: Export, choice: SmallGlb, mbps: float = 0.0) -> tuple[byt
 
     size, rate = diagonal(export), frame_rate()
     if mbps:
-        choice = within_rate(next(_groups_about_root(export, colors=False)), size, rate, choice, mbps)
-    return encoded(_groups_about_root(export, colors=choice.texture > 0), size, rate, choice)
+        choice = within_rate(next(groups_about_root(export, colors=False)), size, rate, choice, mbps)
+    return encoded(groups_about_root(export, colors=choice.texture > 0), size, rate, choice)
 
 
-def _groups_about_root(export: Export, colors: bool) -> Iterator[FrameGroup]:
+def groups_about_root(export: Export, colors: bool) -> Iterator[FrameGroup]:
     """The groups about the offset that the root carries, so that its rotation turns no large numbers."""
     offset = offset_of(export.owner.refmesh.root)
     return (replace(group, positions=group.positions - offset) for group in frame_groups(export, by_scene_frame=True, colors=colors))

@@ -17,7 +17,7 @@ from ...io.pc2 import read_pc2
 from ..results.corrections import LAYER as CORRECTION
 from ..results.groups import spans
 from ..results.heat_map import ATTRIBUTE as ERROR_LAYER
-from ..scene.animation import keep_only_modifiers, key_between
+from ..scene.animation import keep_only_modifiers, key_between, key_peak, make_linear
 from ..scene.far_origin import results_in_world
 from ..scene.geometry_update import OWN_LAYERS
 from ..scene.meshes import read_positions, set_positions
@@ -54,15 +54,19 @@ def cached_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
 
 
 @contextmanager
-def morphing_stand_ins(export: Export) -> Iterator[dict[int, bpy.types.Object]]:
-    """Stand-ins that move by one shape key for each chosen scene frame, one for each group, selected alone; for glTF."""
+def morphing_stand_ins(export: Export, blended: bool = False) -> Iterator[dict[int, bpy.types.Object]]:
+    """Stand-ins that move by one shape key for each chosen scene frame, one for each group, selected alone; for glTF and FBX.
+
+    blended : whether a chosen frame turns into the next over the frames between them, or is held up to it.
+    """
     with cached_stand_ins(export) as copies:
         for index, copy in copies.items():
             frames = export.choice.groups[index]
             if len(copy.modifiers) > 1:
-                _samples_to_shape_keys(copy, evaluated_samples(copy, frames), frames)
+                samples = evaluated_samples(copy, frames)
             else:
-                _cache_to_shape_keys(copy, export.owner.refmesh.groups[index].start, frames)
+                frames, samples = _cache_samples(copy, export.owner.refmesh.groups[index].start, frames)
+            _samples_to_shape_keys(copy, samples, frames, blended)
         yield copies
 
 
@@ -93,21 +97,29 @@ def _leave_out_own(copy: bpy.types.Object, apply_modifiers: bool) -> None:
             copy.modifiers.remove(modifier)
 
 
-def _cache_to_shape_keys(copy: bpy.types.Object, first_scene_frame: int, frames: tuple[int, ...]) -> None:
-    """Frames beyond the samples of the cache hold the last one and need no key."""
-    samples = dict(enumerate(read_pc2(cache_path(copy)), first_scene_frame))
-    frames = tuple(frame for frame in frames if frame in samples) or (max(samples),)
-    _samples_to_shape_keys(copy, samples, frames)
+def _cache_samples(copy: bpy.types.Object, start: int, frames: tuple[int, ...]) -> tuple[tuple[int, ...], dict[int, np.ndarray]]:
+    """Those of the frames that need a shape key, and positions; frames beyond the samples of the cache hold the last one.
+
+    start : scene frame of the first sample.
+    """
+    samples = dict(enumerate(read_pc2(cache_path(copy)), start))
+    return tuple(frame for frame in frames if frame in samples) or (max(samples),), samples
 
 
-def _samples_to_shape_keys(copy: bpy.types.Object, samples: dict[int, np.ndarray], frames: tuple[int, ...]) -> None:
-    """The first chosen frame is the basis that the others are added to; each is full from its own frame on to the next one."""
+def _samples_to_shape_keys(copy: bpy.types.Object, samples: dict[int, np.ndarray], frames: tuple[int, ...], blended: bool) -> None:
+    """The first chosen frame is the basis that the others are added to; each is full from its own frame on, or in it where blended."""
     set_positions(copy.data, samples[frames[0]])  # what is written where there is one frame
-    for frame, after in zip(frames, (*frames[1:], None), strict=True):
+    for before, frame, after in zip((None, *frames), frames, (*frames[1:], None)):
         key = copy.shape_key_add(name=str(frame), from_mix=False)
         key.data.foreach_set("co", samples[frame].ravel())
-        if frame != frames[0]:
+        if before is None:
+            continue
+        if blended:
+            key_peak(key, "value", (before, after), at=frame)
+        else:
             key_between(key, "value", (frame, after), inside=1.0, outside=0.0)
+    if blended:
+        make_linear(copy.data.shape_keys)
     copy.modifiers.clear()
 
 

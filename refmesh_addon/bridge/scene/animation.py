@@ -31,6 +31,21 @@ def key_between(target: bpy.types.Object | bpy.types.ShapeKey, attribute: str, s
         target.keyframe_insert(attribute, frame=scene_frame)
 
 
+def key_peak(target: bpy.types.ShapeKey, attribute: str, span: Span, at: int) -> None:
+    """Keyframes an attribute to 1 in frame `at`, and to 0 in the frames of the span; None is unbounded, where it holds its 1."""
+    for scene_frame, value in ((span[0], 0.0), (at, 1.0), (span[1], 0.0)):
+        if scene_frame is not None:
+            setattr(target, attribute, value)
+            target.keyframe_insert(attribute, frame=scene_frame)
+
+
+def make_linear(holder: bpy.types.Key) -> None:
+    """Gives all keyframes linear interpolation, whatever the preferences say of new ones."""
+    for curves in _holders(holder):
+        for point in (point for curve in curves for point in curve.keyframe_points):
+            point.interpolation = "LINEAR"
+
+
 def keep_only_modifiers(target: bpy.types.Object) -> None:
     """Gives a copy of an object an action of its own, with the keyframes of modifiers alone."""
     data = target.animation_data
@@ -64,7 +79,7 @@ def _remove(target: bpy.types.Object, curve: bpy.types.FCurve) -> None:
             return
 
 
-def _holders(target: bpy.types.Object) -> list:
+def _holders(target: bpy.types.Object | bpy.types.Key) -> list:
     """The lists of curves of an object's action: one for each strip of its slot, the action's own before Blender 4.4."""
     data = target.animation_data
     if data is None or data.action is None:

@@ -34,7 +34,7 @@ class Container:
 
     packed: bool
     content: dict[str, Any] = field(default_factory=dict)
-    _extensions: dict[str, bool] = field(default_factory=lambda: {QUANTIZATION: True})
+    _extensions: dict[str, bool] = field(default_factory=dict)
     _binary: bytearray = field(default_factory=bytearray)
     _unpacked: int = 0
     _views: list[dict] = field(default_factory=list)
@@ -65,6 +65,11 @@ class Container:
         view = self._add_view(rows.tobytes(), {})
         return self._add_accessor(view, 0, rows, bounds=True)
 
+    def floats(self, array: np.ndarray) -> int:
+        """Number of an accessor of (V, 2) or (V, 3) float32 values of vertices, with their bounds."""
+        rows = array.astype("<f4")
+        return self._add_accessor(self._add_view(rows.tobytes(), {"target": ARRAY_BUFFER}), 0, rows, bounds=True)
+
     def triangles(self, array: np.ndarray) -> int:
         """Number of an accessor of the corners of (T, 3) triangles."""
         corners = array.astype("<u2" if array.max(initial=0) < 0xFFFF else "<u4").reshape(-1, 1)
@@ -77,8 +82,11 @@ class Container:
     def vertices(self, arrays: list[np.ndarray], normalized: bool = False) -> list[int]:
         """Numbers of accessors of (V, 2) or (V, 3) integers of one type, one behind the other in a view, each on a multiple of 4 bytes.
 
-        normalized : the largest integer stands for 1; else integers stand for themselves, and bounds are given.
+        normalized : the largest integer stands for 1; else integers stand for themselves, bounds are given, and KHR_mesh_quantization is
+        declared.
         """
+        if not normalized:
+            self.extend(QUANTIZATION, required=True)
         kind, width = arrays[0].dtype, arrays[0].shape[1]
         stride = -(-width * kind.itemsize // 4) * 4
         rows = np.zeros((sum(len(array) for array in arrays), stride // kind.itemsize), dtype=kind.newbyteorder("<"))
@@ -129,6 +137,11 @@ class Container:
         self._accessors.append(accessor)
         return len(self._accessors) - 1
 
+    def _declared(self) -> dict[str, list[str]]:
+        """The extensions; an empty list is not allowed."""
+        lists = {"extensionsUsed": [*self._extensions], "extensionsRequired": [name for name, needed in self._extensions.items() if needed]}
+        return {key: names for key, names in lists.items() if names}
+
     def finished(self) -> bytes:
         """The whole file."""
         binary = bytes(self._binary) + bytes(-len(self._binary) % 4)
@@ -137,8 +150,7 @@ class Container:
             buffers.append({"byteLength": self._unpacked, "extensions": {MESHOPT: {"fallback": True}}})
         document = {
             "asset": {"version": "2.0", "generator": "RefMesh"},
-            "extensionsUsed": list(self._extensions),
-            "extensionsRequired": [name for name, required in self._extensions.items() if required],
+            **self._declared(),
             **self.content,
             "accessors": self._accessors,
             "bufferViews": self._views,
