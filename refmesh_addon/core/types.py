@@ -27,7 +27,7 @@ class FrozenArrays:
 class Keyed:
     """Base of inputs that many calls share: equal `key`, equal content.
 
-    `lru_cache` then builds what depends on such an input once per process, however often it arrives there as another copy.
+    `latest_only` then builds what depends on such an input once per process, however often it arrives there as another copy.
     """
 
     key: str

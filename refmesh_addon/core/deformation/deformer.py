@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import mean_edge_length
 from ..geometry.winding import enclosed_by
+from ..latest import latest_only
 from ..reference.group import GroupCenters
 from ..reference.mapping import FrameMap
 from ..settings import DeformationSettings
@@ -143,6 +143,6 @@ def match_settings(settings: DeformationSettings) -> MatchSettings:
     return replace(search, fixed_point=settings.keypoint_fit == "fixed")
 
 
-@lru_cache(maxsize=1)  # frames come group by group, and what is built for one group fits any memory
+@latest_only
 def _deformer(reference: GroupReference) -> ReferenceDeformer:
     return ReferenceDeformer(reference)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from ...core.color.layout import Layout, LayoutQuality, measured
 from ...core.color.projected_layout import projected_layout
 from ...core.color.steady import filled, median_seen, steady_texture
 from ...core.color.texels import Texels
+from ...core.latest import latest_only
 from ...core.types import FrozenArrays, Keyed, TriangleMesh
 from ...io.appearance import parse_appearance
 from ...io.images import encoded
@@ -56,7 +56,7 @@ class FrameFiles(FrozenArrays):
     filled: float
 
 
-@lru_cache(maxsize=1)
+@latest_only
 def texels_of(shared: LayoutTexels) -> Texels:
     """The texels of a layout, worked out once per process."""
     assert shared.layout is not None
