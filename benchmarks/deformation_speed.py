@@ -24,7 +24,7 @@ import numpy as np
 
 from refmesh_addon.core.settings import Settings, flat_fields
 from refmesh_addon.io.report import read_report
-from refmesh_addon.pipeline.process.worker import SINGLE_THREAD
+from refmesh_addon.pipeline.process.single_thread import SINGLE_THREAD
 from refmesh_addon.pipeline.session.job import CACHE_FOLDER, JobSpec
 
 from .common import assignment

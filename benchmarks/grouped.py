@@ -26,7 +26,7 @@ from refmesh_addon.core.tracking.affinity import near_pairs
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
-from refmesh_addon.pipeline.process.worker import SINGLE_THREAD
+from refmesh_addon.pipeline.process.single_thread import SINGLE_THREAD
 from refmesh_addon.pipeline.session.parallel import Workers
 from refmesh_addon.pipeline.stages.reconstruction import build_with
 

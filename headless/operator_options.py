@@ -42,6 +42,13 @@ def make_parser(bpy, description: str) -> argparse.ArgumentParser:
     parser.add_argument(
         "--check", action="store_true", help="only check every frame and print the findings; exit code 1 when the job would fail"
     )
+    parser.add_argument("--clean-cache", action="store_true", help="at the end, remove the intermediate results; they are kept otherwise")
+    parser.add_argument(
+        "--export-job",
+        nargs=2,
+        metavar=("openjd", "DIR"),
+        help="run nothing, but write the job for a render farm: an Open Job Description template with its steps and tasks",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
     return parser
 

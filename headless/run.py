@@ -48,6 +48,8 @@ def main() -> int:
         arguments = vars(parser.parse_args(own_arguments(bpy)))
         if bool(arguments["input"]) == bool(arguments["batch"]):
             parser.error("give either INPUT or --batch TAKES")
+        if arguments["export_job"] and (arguments["batch"] or arguments["export_job"][0] != "openjd"):
+            parser.error("--export-job takes openjd and a folder, and a single INPUT")
         if arguments["batch"]:
             return run_batch(batch_job(bpy, arguments), batch_columns(bpy))
         stdout = claim_stdout()
@@ -78,12 +80,15 @@ def batch_job(bpy, arguments: dict) -> BatchJob:
     """What to do for each take: this script again, with the options that belong to no single take or to the batch."""
     paths = [os.path.abspath(arguments[name]) for name in ("batch", "output")]
     own_mesh = [f"--mesh={os.path.abspath(arguments['mesh'])}"] if arguments.get("mesh") else []
-    words = [*without_options(own_arguments(bpy), ("--batch", "--output", "--preview", "--mesh")), *own_mesh]
+    words = [*without_options(own_arguments(bpy), {"--batch": 1, "--output": 1, "--preview": 1, "--mesh": 1}), *own_mesh]
+    return BatchJob(*map(Path, paths), tuple(words), arguments["preview"] or "", arguments["check"], tuple(own_command(bpy)))
+
+
+def own_command(bpy) -> list[str]:
+    """What starts this script again, up to its arguments."""
     if bpy.app.binary_path:
-        command = (bpy.app.binary_path, *sys.argv[1 : sys.argv.index("--")], "--")
-    else:
-        command = (sys.executable, __file__)
-    return BatchJob(*map(Path, paths), tuple(words), arguments["preview"] or "", arguments["check"], command)
+        return [bpy.app.binary_path, *sys.argv[1 : sys.argv.index("--")], "--"]
+    return [sys.executable, os.path.abspath(__file__)]
 
 
 def batch_columns(bpy) -> Columns:
@@ -95,13 +100,16 @@ def batch_columns(bpy) -> Columns:
     return Columns(switches, frozenset(named) - switches | {"export", "preview"}, lambda path: is_scene_file(bpy, path))
 
 
-def without_options(words: list[str], names: tuple[str, ...]) -> list[str]:
-    """The words of a command line without some options, each with one value, as `--name value` or `--name=value`."""
-    kept, skip = [], False
+def without_options(words: list[str], values: dict[str, int]) -> list[str]:
+    """The words of a command line without some options. values : how many words follow each, or one as in `--name=value`."""
+    kept, skip = [], 0
     for word in words:
-        if not skip and word not in names and not word.startswith(tuple(f"{name}=" for name in names)):
+        if skip:
+            skip -= 1
+        elif word in values:
+            skip = values[word]
+        elif not word.startswith(tuple(f"{name}=" for name in values)):
             kept.append(word)
-        skip = not skip and word in names
     return kept
 
 
@@ -150,6 +158,9 @@ def run(bpy, arguments: dict) -> None:
     operators = bpy.ops.refmesh
     output, quiet = os.path.abspath(arguments["output"]), arguments["quiet"]
     import_input(bpy, arguments, output)
+    if arguments["export_job"]:
+        export_job(bpy, arguments, output)
+        return
     if arguments["check"]:
         operators.check_sequence(output=output, quiet=quiet, **given(bpy, arguments, "check_sequence"))
         return
@@ -162,6 +173,27 @@ def run(bpy, arguments: dict) -> None:
     if arguments["preview"]:
         operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
     operators.save_scene(filepath=os.path.join(output, "scene.blend"))
+    if arguments["clean_cache"]:
+        operators.clean_cache(output=output)
+    elif not quiet:
+        cache = Path(output, NOT_RESULTS)
+        print(f"{cache}: {folder_size(cache) / 1e6:.1f} MB for later runs; --clean-cache removes them", file=sys.stderr)
+
+
+def export_job(bpy, arguments: dict, output: str) -> None:
+    """Writes the job for a render farm; its last step is this script again."""
+    kind, folder = arguments["export_job"]
+    paths = {"--preview": arguments["preview"], "--mesh": arguments.get("mesh")}
+    options = without_options(own_arguments(bpy), {"--export-job": 2, "--output": 1, **dict.fromkeys(paths, 1)})
+    options.remove(arguments["input"])
+    options += [f"{name}={os.path.abspath(path)}" for name, path in paths.items() if path]
+    bpy.ops.refmesh.export_job(
+        format=kind,
+        directory=os.path.abspath(folder),
+        output=output,
+        scene_command=json.dumps([own_command(bpy), options]),
+        **given(bpy, arguments, "export_job"),
+    )
 
 
 def import_input(bpy, arguments: dict, output: str) -> None:
@@ -186,9 +218,15 @@ def is_scene_file(bpy, path: str) -> bool:
     return any(fnmatch(path.lower(), pattern) for pattern in patterns.split(";"))
 
 
+def folder_size(folder: Path) -> int:
+    """Bytes of the files in a folder; one that has several names counts once."""
+    states = [path.lstat() for path in folder.rglob("*") if path.is_file()]
+    return sum({(state.st_dev, state.st_ino): state.st_size for state in states}.values())
+
+
 def written_files(arguments: dict) -> list[str]:
     """The results, as paths that can be opened from here."""
-    output = Path(arguments["output"])
+    output = Path(arguments["export_job"][1] if arguments["export_job"] else arguments["output"])
     files = sorted(path for path in output.rglob("*") if path.is_file() and NOT_RESULTS not in path.relative_to(output).parts)
     preview = [Path(arguments["preview"])] if arguments["preview"] else []
     return list(dict.fromkeys(str(path) for path in files + preview))

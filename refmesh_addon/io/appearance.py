@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from pathlib import Path
 
 from ..core.color.appearance import Appearance
@@ -26,6 +27,13 @@ def files_beside(path: Path) -> list[tuple[str, int, int]]:
     return found
 
 
+def files_read(data: bytes, path: Path) -> dict[str, bytes]:
+    """Name, relative to the folder of the frame file `path` with the bytes `data`, and bytes of each file that its colors come from."""
+    files = TextureFiles(path)
+    _parsed(data, files)
+    return {os.path.relpath(one, files.folder): content for one, content in zip(files.paths, files.contents, strict=True)}
+
+
 def parse_appearance(data: bytes, path: Path) -> tuple[Appearance | None, tuple[str, ...], bytes]:
     """Colors of the frame file `path` with the bytes `data`, None where it has none.
 
@@ -33,16 +41,24 @@ def parse_appearance(data: bytes, path: Path) -> tuple[Appearance | None, tuple[
 
     Raises nothing for a file that `parse_mesh` reads: color that cannot be had never stops the geometry.
     """
-    parse, files = frame_format(path).parse_appearance, TextureFiles(path)
-    if parse is None:
+    if frame_format(path).parse_appearance is None:
         return None, (), b""
     if not images_available():
         return None, (WITHOUT_PILLOW,), b""
-    appearance = None
-    try:
-        appearance = parse(data, files)
-    except RefMeshError as error:
-        files.notes.append(f"{path}: has no color: {error}")
-    except _UNREADABLE as error:
-        files.notes.append(f"{path}: its colors cannot be read ({error})")
+    files = TextureFiles(path)
+    appearance = _parsed(data, files)
     return appearance, tuple(files.notes), hashlib.blake2b(b"".join(files.contents), digest_size=16).digest()
+
+
+def _parsed(data: bytes, files: TextureFiles) -> Appearance | None:
+    """Colors of a frame; what is wrong with them is noted with the files."""
+    parse = frame_format(files.frame).parse_appearance
+    if parse is None or not images_available():
+        return None
+    try:
+        return parse(data, files)
+    except RefMeshError as error:
+        files.notes.append(f"{files.frame}: has no color: {error}")
+    except _UNREADABLE as error:
+        files.notes.append(f"{files.frame}: its colors cannot be read ({error})")
+    return None

@@ -39,20 +39,21 @@ def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
         raise
 
 
-def output_folder(path: str | Path) -> Path:
+def output_folder(path: str | Path, shared: bool = False) -> Path:
     """Creates the folder and its parents where missing; removes partial files that a killed run left in it.
 
+    shared : others may be writing there now, so partial files are left.
     Raises RefMeshError, naming the folder, when it cannot be created or written to.
     """
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        for partial in path.glob("*" + PARTIAL_SUFFIX):
+        for partial in () if shared else path.glob("*" + PARTIAL_SUFFIX):
             if not partial.is_dir():
                 partial.unlink()
-        probe = path / ("write-test" + PARTIAL_SUFFIX)
+        probe = path / (f"write-test-{os.getpid()}" + PARTIAL_SUFFIX)
         probe.write_bytes(b"")
-        probe.unlink()
+        probe.unlink(missing_ok=True)
     except OSError as error:
         raise RefMeshError(f"{path}: the output folder cannot be written to ({error.strerror or error}); choose another") from error
     return path

@@ -17,7 +17,7 @@ class TextureFiles:
     """The files beside one frame; nothing outside the frame's folder is ever opened.
 
     notes : sentences about what was refused, missing or chosen in place of something else.
-    contents : bytes of all files that were read, in their order.
+    contents : bytes of all files that were read, in their order.  paths : of these.
     """
 
     def __init__(self, frame: Path):
@@ -25,6 +25,7 @@ class TextureFiles:
         self.folder = frame.parent.resolve()
         self.notes: list[str] = []
         self.contents: list[bytes] = []
+        self.paths: list[Path] = []
 
     def read(self, name: str) -> bytes | None:
         """Bytes of a file that the frame names, whatever the case of its letters; None, and a note, when it cannot be had."""
@@ -104,6 +105,7 @@ class TextureFiles:
     def _bytes(self, path: Path) -> bytes | None:
         try:
             self.contents.append(read_regular(path))
+            self.paths.append(path)
             return self.contents[-1]
         except OSError as error:
             self.notes.append(f"{path}: cannot be read ({error.strerror or error})")

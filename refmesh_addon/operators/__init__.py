@@ -4,10 +4,12 @@ import bpy
 
 from . import (
     bodies,
+    cache,
     check,
     corrections,
     edit,
     export,
+    farm_job,
     help,
     installation,
     modal,
@@ -41,6 +43,8 @@ MODULES = (
     timeline,
     view,
     export,
+    farm_job,
+    cache,
     stream,
     picture,
     relocate,

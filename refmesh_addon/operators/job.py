@@ -41,6 +41,11 @@ class JobOperator(ShowingOperator):
             description="Let no other job write to the output folder until this process ends; for scripts that export afterward",
             options={"HIDDEN", "SKIP_SAVE"},
         ),
+        "scheduler": StringProperty(
+            name="Dask Scheduler",
+            description="Address of a Dask scheduler whose workers share the work, such as tcp://host:8786; empty: this machine alone",
+            **ONCE,
+        ),
         "quiet": BoolProperty(name="Quiet", description="No progress bar on stderr in background mode", **ONCE),
         **setting_properties(**ONCE),
     }
@@ -124,7 +129,9 @@ class JobOperator(ShowingOperator):
         settings, warnings = chosen_settings(self.properties, state.settings), settings_warnings(self.properties)
         if settings.reference.mesh:
             settings = replace(settings, reference=replace(settings.reference, mesh=str(absolute(settings.reference.mesh))))
-        return JobSpec(str(absolute(state.source)), str(output), frames, settings, self.until, self.resume, warnings)
+        return JobSpec(
+            str(absolute(state.source)), str(output), frames, settings, self.until, self.resume, warnings, scheduler=self.scheduler
+        )
 
     def _remember(self, state, spec):
         """The panel shows the settings that the job uses."""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 
 from ..io.sequence import Sequence
+from .session.cluster_workers import ClusterWorkers
 from .session.context import Context
 from .session.job import CHECK, COLOR, DEFORMATION, EVALUATION, REFERENCE, TRACKING, JobSpec
 from .session.job_input import job_sequence
 from .session.parallel import Workers
-from .session.session import Notify
+from .session.part import Part, PartDone
+from .session.session import WorkerPool
+from .session.stage_share import Notify
 from .stages.check import check_sequence
 from .stages.color import color
 from .stages.color_files import write_colors
@@ -26,6 +29,7 @@ from .stages.reconstruction import check_available
 from .stages.reference import References, make_references
 from .stages.reference_report import write_references
 from .stages.segments import SegmentPlan, first_plan, reviewed
+from .stages.steps import REVIEW, TRACK
 from .stages.tracking import track_sequence
 from .stages.tracking_by_group import track_groups
 from .stages.tracking_report import write_tracking
@@ -36,24 +40,49 @@ def run(
     spec: JobSpec,
     notify: Notify,
     warn: Callable[[str], None],
-    workers: Workers | None = None,
+    workers: WorkerPool | None = None,
     sequence: Sequence | None = None,
     group_ready: Callable[[int], None] = lambda index: None,
 ) -> None:
     """Runs the stages of a job; those whose results are in the cache only write them out again.
 
     notify : (stage, frame number or None, share of the stage).  warn : one line for a person.
-    workers : who shares the work; None starts as many processes as there are cores. The results are the same.
+    workers : who shares the work; None takes those of the job: a cluster, or as many processes as there are cores. The results
+    are the same.
     sequence : what `job_sequence` gives for the job, where the caller has it already.
     group_ready : called with the index of each group once the output folder holds what plays it.
     Raises RefMeshError, in plain words, when the job cannot be done, and what `notify` raises.
     """
     sequence = sequence or job_sequence(spec)
-    with nullcontext(workers) if workers else Workers() as own:
+    with nullcontext(workers) if workers else own_workers(spec, warn) as own:
         if spec.until == CHECK:
             check_sequence(spec, sequence, notify, own)
         else:
             _run_stages(spec, replace(Context.open(spec, sequence, notify, warn, own), group_ready=group_ready))
+
+
+def compute(spec: JobSpec, sequence: Sequence, notify: Notify, warn: Callable[[str], None], step: Part | str) -> None:
+    """Does a step of a job, as `job_steps` lists them, or a part of one: fills the cache, and writes no results.
+
+    step : a part of one that is divided, or the name of one that is not: TRACK or REVIEW.
+    Raises RefMeshError as `run` does, and where an earlier step is not complete.
+    """
+    part = step if isinstance(step, Part) else None
+    with Workers() as workers, suppress(PartDone):
+        context = Context.open(spec, sequence, notify, warn, workers, part)
+        tracking = _tracked(context)
+        if step == TRACK:
+            return
+        _, references = _references(context, tracking, DEFORMATION in spec.stages)
+        if step != REVIEW and DEFORMATION in spec.stages:
+            deformed = deform(context, tracking, references)
+            evaluate(context, deformed)
+            color(context, deformed)
+
+
+def own_workers(spec: JobSpec, warn: Callable[[str], None]) -> Workers | ClusterWorkers:
+    """Who does the work of a job."""
+    return ClusterWorkers(spec.scheduler, warn) if spec.scheduler else Workers()
 
 
 def _run_stages(spec: JobSpec, context: Context) -> None:

@@ -39,3 +39,6 @@ class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
         column.enabled = deformed
         column.menu("REFMESH_MT_export", icon="EXPORT")
         column.operator("refmesh.render_preview", icon="RENDER_STILL")
+        row = layout.row()
+        row.operator("refmesh.export_job", icon="NETWORK_DRIVE")
+        row.operator("refmesh.clean_cache", icon="TRASH")

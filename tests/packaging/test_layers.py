@@ -15,6 +15,7 @@ LIMITED = {
     "PIL": {"io"},
     "xatlas": {"pipeline"},
     "pymeshlab": {"pipeline"},
+    "distributed": {"pipeline"},
 }
 # Floor -> floors it may import.
 FLOORS = {

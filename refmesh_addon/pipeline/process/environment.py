@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...core.errors import RefMeshError
 
-PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction", "pymeshlab")
+PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction", "pymeshlab", "distributed")
 PACKAGE_ROOT = Path(__file__).resolve().parents[3]  # the folder that holds refmesh_addon
 # Variables that could make the worker's Python import other packages than its parent.
 _LEFT_OUT = ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONINSPECT")

@@ -62,6 +62,19 @@ def job_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def shared_lock(folder: str | Path, output: str | Path) -> Iterator[None]:
+    """Holds the lock of an output folder together with others for the length of a block, and keeps out whoever wants it alone.
+
+    Only where the system has such locks, which Windows has not. Raises RefMeshError when another job holds the folder alone.
+    """
+    path = output_folder(folder, shared=True) / LOCK_NAME
+    with open(path, "r+b", buffering=0, opener=_open_no_link) as file:
+        if not _try_lock(file, shared=True):
+            raise RefMeshError(f"{output}: another RefMesh job{_holder(path)} is writing here; wait for it, or choose another folder")
+        yield
+
+
 _kept = ExitStack()
 
 
@@ -103,7 +116,9 @@ def _holder(path: Path) -> str:
 if sys.platform == "win32":
     import msvcrt
 
-    def _try_lock(file: BinaryIO) -> bool:
+    def _try_lock(file: BinaryIO, shared: bool = False) -> bool:
+        if shared:
+            return True
         file.seek(_LOCKED_BYTE)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
@@ -114,9 +129,9 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-    def _try_lock(file: BinaryIO) -> bool:
+    def _try_lock(file: BinaryIO, shared: bool = False) -> bool:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
             return False
         except OSError:

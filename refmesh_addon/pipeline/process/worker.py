@@ -24,12 +24,11 @@ from .events import Event
 from .forecast import Forecast, StageTime
 from .lock import job_lock
 from .measurements import remember, stage_times
+from .single_thread import SINGLE_THREAD
 
 LOG_NAME = "worker.log"
 EVENT_INTERVAL = 0.05  # seconds between two progress events; a window cannot show more
 ORPHAN_GRACE = 10.0  # seconds that a job whose parent is gone may take to reach its next progress step
-# One thread for each process: sums then do not depend on how many cores the machine has.
-SINGLE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")}
 
 
 class Reporter:

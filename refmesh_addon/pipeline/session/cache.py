@@ -36,12 +36,14 @@ class Cache:
 
     An entry is complete or absent. One with another key, or one that is damaged, counts as absent.
     With `resume=False` so do all entries of earlier runs.
-    warn : told of each damaged entry.
+    warn : told of each damaged entry.  shared : other processes work on other entries of the folder at the same time.
     """
 
-    def __init__(self, folder: str | Path, resume: bool = True, warn: Callable[[str], None] = lambda _: None):
-        self.folder = output_folder(folder)
-        self._resume, self._warn = resume, warn
+    def __init__(
+        self, folder: str | Path, resume: bool = True, warn: Callable[[str], None] = lambda _: None, shared: bool = False
+    ):
+        self.folder = output_folder(folder, shared)
+        self._resume, self._warn, self._shared = resume, warn, shared
         self._written: set[Path] = set()
         self._damaged: set[Path] = set()
         self._folders: set[Path] = {self.folder}
@@ -67,7 +69,7 @@ class Cache:
         """Writes an entry, then removes those of the same name with other keys."""
         path = self.path(name, key)
         if path.parent not in self._folders:
-            self._folders.add(output_folder(path.parent))
+            self._folders.add(output_folder(path.parent, self._shared))
         write_sealed(path, self._sealed_name(path), arrays)
         self._damaged.discard(path)
         self._written.add(path)

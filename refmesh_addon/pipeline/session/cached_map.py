@@ -14,7 +14,9 @@ from typing import Any, Generic, TypeVar
 from ...core.arrays import Result
 from ...core.errors import RefMeshError
 from .cache import Cache
-from .session import Session, StageShare
+from .part import PartDone
+from .session import Session
+from .stage_share import StageShare
 
 Name = TypeVar("Name")
 
@@ -77,7 +79,8 @@ def cached_map(
     function : at module level; result of type `kind`, which `to_arrays` can pack.  share : of the stage's progress.
     failed : called with the name of a unit whose function raised a RefMeshError, and the error; the unit has no result, and the
     next run tries it again. Without it the first RefMeshError ends the map.
-    Raises what `session.notify` raises, which is called several times a second.
+    Raises what `session.notify` raises, which is called several times a second; PartDone where the session has a part of these units,
+    or of earlier ones, to do.
     """
     done = set(finished_units(session, function, units, kind, share, failed))
     return CachedResults(session.cache, {name: unit for name, unit in units.items() if name in done}, kind)
@@ -92,10 +95,11 @@ def finished_units(
     failed: Callable[[Name, RefMeshError], None] | None = None,
 ) -> Iterator[Name]:
     """Does what `cached_map` does, and yields the name of each unit as soon as its result is in the cache; arguments as there."""
-    missing = [name for name, unit in units.items() if _missing(session, unit, kind, share)]
-    share.skip(session.notify, 1 - len(missing) / max(len(units), 1))
+    own = _own_units(session, units, share)
+    missing = [name for name in own if _missing(session, units[name], kind, share)]
+    share.skip(session.notify, 1 - len(missing) / max(len(own), 1))
     yield from units.keys() - set(missing)
-    progress = _Progress(session, share, len(units), len(units) - len(missing))
+    progress = _Progress(session, share, len(own), len(own) - len(missing))
     tasks = (units[name].arguments() for name in missing)
     for index, outcome in session.workers.map(function if failed is None else partial(_attempted, function), tasks, progress.tell):
         name = missing[index]
@@ -105,6 +109,16 @@ def finished_units(
             session.cache.save_result(units[name].entry, units[name].key, outcome)
             yield name
         progress.advance(units[name].frame)
+    if session.part is not None and share == session.part.step:
+        raise PartDone
+
+
+def _own_units(session: Session, units: Mapping[Name, WorkUnit], share: StageShare) -> list[Name]:
+    """The units to see to: all of them, or those of the session's part, or none of a step before. Raises what `Part.begin` raises."""
+    if session.part is None:
+        return list(units)
+    complete = all(session.cache.path(unit.entry, unit.key).exists() for unit in units.values())
+    return session.part.own(list(units)) if session.part.begin(share, complete) else []
 
 
 def _missing(session: Session, unit: WorkUnit, kind: type, share: StageShare) -> bool:

@@ -20,7 +20,8 @@ from ...io.preview import PreviewMesh, preview_path
 from ...io.sequence import Frame, Sequence
 from .cache import digest
 from .cached_map import WorkUnit, cached_map
-from .session import Session, StageShare
+from .session import Session
+from .stage_share import StageShare
 
 FRAME_SCHEMA = 7
 
@@ -63,7 +64,7 @@ def capture_sequence(
     try:
         files = cached_map(session, capture, units, CapturedFile, share, failed)
     finally:  # also for what is done when the job is cancelled
-        for index, unit in units.items():
+        for index, unit in units.items() if session.part is None else ():  # one process alone writes links
             _link_preview(session, unit, sequence.frames[index])
     return CapturedSequence({index: units[index].key for index in files}, files)
 

@@ -17,8 +17,9 @@ from ...io.sequence import Sequence
 from .cache import Cache
 from .frames import Frames, read_frames
 from .job import CACHE_FOLDER, TRACKING, JobSpec
-from .parallel import Workers
-from .session import Notify, Session, StageShare
+from .part import Part
+from .session import Session, WorkerPool
+from .stage_share import Notify, StageShare
 from .written_files import WrittenFiles
 
 READING_SHARE = 0.1  # of the tracking stage, for reading and checking the frames
@@ -39,9 +40,18 @@ class Context(Session):
     group_ready: Callable[[int], None] = lambda index: None
 
     @classmethod
-    def open(cls, spec: JobSpec, sequence: Sequence, notify: Notify, warn: Callable[[str], None], workers: Workers) -> Context:
+    def open(
+        cls,
+        spec: JobSpec,
+        sequence: Sequence,
+        notify: Notify,
+        warn: Callable[[str], None],
+        workers: WorkerPool,
+        part: Part | None = None,
+    ) -> Context:
         """Reads the frames of the sequence. Raises RefMeshError for input or output that cannot be used."""
-        output = output_folder(spec.output)
+        shared = part is not None
+        output = output_folder(spec.output, shared)
         report = Report(spec.source, sequence, spec.settings)
 
         def warn_and_report(message: str) -> None:
@@ -54,10 +64,11 @@ class Context(Session):
             warn_and_report(f"{sequence.name}: {note}")
         if sequence.gaps:
             warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
-        session = Session(output, Cache(output / CACHE_FOLDER, spec.resume, warn_and_report), workers, notify)
+        cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
+        session = Session(output, cache, workers, notify, part=part)
         frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report)
         report.bbox_diagonal, report.offset = frames.diagonal, tuple(frames.offset.tolist())
-        return cls(output, session.cache, workers, notify, frames, spec.settings, report, warn_and_report)
+        return cls(output, cache, workers, notify, frames, spec.settings, report, warn_and_report, part=part)
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -82,9 +93,10 @@ class Context(Session):
         return self.written_files.claim(name)
 
     def write_report(self) -> None:
-        """Writes report.json as far as the run has come."""
-        self.claim(REPORT_NAME)
-        self.report.write(self.output)
+        """Writes report.json as far as the run has come; a part of a run leaves that to the last step."""
+        if self.part is None:
+            self.claim(REPORT_NAME)
+            self.report.write(self.output)
 
     @cached_property
     def written_files(self) -> WrittenFiles:

@@ -17,7 +17,8 @@ from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
 from ...io.sequence import Sequence
 from .capture import CapturedSequence, capture_sequence
-from .session import Session, StageShare
+from .session import Session
+from .stage_share import StageShare
 
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbor and the anchor; a long take never fills the memory
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below

@@ -22,7 +22,7 @@ class JobSpec:
     source : folder, file or pattern, as `find_sequence` takes it.  output : folder.  frames : "6-10,14" or "" for all.
     until : the last of STAGES to run, or CHECK.  resume : use what earlier runs left in the cache of the output folder.
     warnings : known before the run starts; reported with its own.  notes : findings of the scene, such as an unusual size, that a
-    check lists with its own.
+    check lists with its own.  scheduler : address of a Dask scheduler whose workers share the work; "" for this machine alone.
     """
 
     source: str
@@ -33,6 +33,7 @@ class JobSpec:
     resume: bool = True
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    scheduler: str = ""
 
     def __post_init__(self):
         if self.until not in (CHECK, *STAGES):
@@ -45,7 +46,7 @@ class JobSpec:
 
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""
-        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings", "notes")}
+        plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings", "notes", "scheduler")}
         return json.dumps({**plain, "settings": self.settings.to_flat()}, indent=2, ensure_ascii=False)
 
     @classmethod

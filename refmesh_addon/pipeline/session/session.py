@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Protocol
 
 from .cache import Cache
-from .parallel import Workers
-
-# (stage, frame number or None, share of the stage from 0 to 1), and True where an earlier run has left that much;
-# raises Cancelled once the job was cancelled.
-Notify = Callable[..., None]
+from .part import Part
+from .stage_share import Notify
 
 
-@dataclass(frozen=True)
-class StageShare:
-    """A part of a stage's progress, from `start` to `end`, both shares of the stage."""
+class WorkerPool(Protocol):
+    """Who does the work: processes of this machine (`Workers`) or a cluster (`ClusterWorkers`)."""
 
-    stage: str
-    start: float = 0.0
-    end: float = 1.0
+    count: int
 
-    def part(self, start: float, end: float) -> StageShare:
-        """A part of this part."""
-        return StageShare(self.stage, self._at(start), self._at(end))
-
-    def tell(self, notify: Notify, done: float, frame: int | None = None) -> None:
-        """Notifies that a share of this part is done, 0 to 1. Raises what `notify` raises."""
-        notify(self.stage, frame, self._at(done))
-
-    def skip(self, notify: Notify, done: float) -> None:
-        """Notifies that an earlier run has left the results of a share of this part, so that it takes no time."""
-        if done > 0:
-            notify(self.stage, None, self._at(done), True)
-
-    def _at(self, done: float) -> float:
-        return self.start + (self.end - self.start) * done
+    def map(self, function: Callable, tasks: Iterable[tuple], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
+        """Yields (index, function(*task)) as tasks are done, in no fixed order; calls `poll` while it waits."""
 
 
 @dataclass
 class Session:
     """One run: where results go, who does the work, and whom to tell.
 
-    output : folder.  cache : in it.
+    output : folder.  cache : in it.  part : of one step, where other processes do the rest; None for all work.
     """
 
     output: Path
     cache: Cache
-    workers: Workers
+    workers: WorkerPool
     notify: Notify
+    part: Part | None = field(default=None, kw_only=True)

@@ -14,12 +14,12 @@ from ...io.textures import missing_textures
 from ..session.cache import Cache
 from ..session.capture import CapturedFile, capture_sequence
 from ..session.job import CACHE_FOLDER, CHECK, JobSpec
-from ..session.parallel import Workers
-from ..session.session import Notify, Session, StageShare
+from ..session.session import Session, WorkerPool
+from ..session.stage_share import Notify, StageShare
 from ..session.written_files import WrittenFiles
 
 
-def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: Workers) -> list[Finding]:
+def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: WorkerPool) -> list[Finding]:
     """Reads every frame that is new or has changed, and writes the findings as JSON and as text.
 
     A frame that cannot be read is a finding, not an error. Raises RefMeshError when there is no place to write to, and what

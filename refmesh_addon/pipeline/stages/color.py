@@ -14,7 +14,7 @@ from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
 from ..session.job import COLOR
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .color_survey import FrameColors, survey
 from .color_units import (
     FrameFiles,

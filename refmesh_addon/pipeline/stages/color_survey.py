@@ -11,7 +11,7 @@ from ...io.meshes import read_bytes
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 
 SURVEY_SCHEMA = 1
 

@@ -17,7 +17,7 @@ from ..session.cache import digest
 from ..session.cached_map import CachedResults, WorkUnit, cached_map, finished_units
 from ..session.context import Context
 from ..session.job import DEFORMATION
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .groups import FrameGroup
 from .reference import References
 from .tracking_result import TrackingResult

@@ -10,7 +10,7 @@ from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
 from ..session.job import EVALUATION
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .deformation import DeformedSequence
 from .groups import FrameGroup
 

@@ -17,7 +17,7 @@ from ...core.types import FrozenArrays
 from ..session.cache import digest
 from ..session.context import Context
 from ..session.job import TRACKING
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .tracking import FORWARD_SHARE, volume_of
 from .tracking_result import TrackingResult
 

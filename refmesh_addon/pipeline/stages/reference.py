@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from ...core.latest import latest_only
 from ...core.reference.alignment import AnchorFrame
 from ...core.reference.budget import points_per_frame, triangle_budget
 from ...core.reference.cap_points import counting
@@ -29,7 +29,7 @@ from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
 from ..session.job import REFERENCE
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .groups import FrameGroup
 from .own_mesh import own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
@@ -132,7 +132,7 @@ def align_to_anchor(body: CappedMesh, tracked: np.ndarray, anchor: GroupAnchor, 
     return align_frame(body, tracked, _anchor_frame(anchor), anchor.centers, anchor.settings, count)
 
 
-@lru_cache(maxsize=1)  # frames come group by group, and one group fits any memory
+@latest_only
 def _anchor_frame(anchor: GroupAnchor) -> AnchorFrame:
     return anchor_frame(anchor.body, anchor.tracked, anchor.centers, anchor.settings)
 

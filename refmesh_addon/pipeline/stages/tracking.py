@@ -14,7 +14,7 @@ from ..session.cache import digest
 from ..session.context import READING_SHARE, Context
 from ..session.job import TRACKING
 from ..session.parallel import one_ahead
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 

@@ -22,7 +22,7 @@ from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import READING_SHARE, Context
 from ..session.job import TRACKING
-from ..session.session import StageShare
+from ..session.stage_share import StageShare
 from .groups import fixed_groups
 from .tracking import TRACKING_SCHEMA, enclosed_volume
 from .tracking_report import report_tracking

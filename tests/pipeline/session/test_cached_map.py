@@ -9,7 +9,8 @@ from refmesh_addon.core.errors import Cancelled, RefMeshError
 from refmesh_addon.core.types import FrozenArrays
 from refmesh_addon.pipeline.session.cache import Cache, digest
 from refmesh_addon.pipeline.session.cached_map import WorkUnit, cached_map
-from refmesh_addon.pipeline.session.session import Session, StageShare
+from refmesh_addon.pipeline.session.session import Session
+from refmesh_addon.pipeline.session.stage_share import StageShare
 
 from ..running import shared_workers
 

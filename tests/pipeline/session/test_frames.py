@@ -13,7 +13,8 @@ from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.cache import Cache
 from refmesh_addon.pipeline.session.frames import FRAMES_IN_MEMORY, Frames, read_frames
-from refmesh_addon.pipeline.session.session import Session, StageShare
+from refmesh_addon.pipeline.session.session import Session
+from refmesh_addon.pipeline.session.stage_share import StageShare
 
 from ..running import shared_workers
 
