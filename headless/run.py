@@ -226,7 +226,9 @@ def folder_size(folder: Path) -> int:
 
 def written_files(arguments: dict) -> list[str]:
     """The results, as paths that can be opened from here."""
-    output = Path(arguments["export_job"][1] if arguments["export_job"] else arguments["output"])
+    if arguments["export_job"]:
+        return sorted(str(path) for path in Path(arguments["export_job"][1]).iterdir())
+    output = Path(arguments["output"])
     files = sorted(path for path in output.rglob("*") if path.is_file() and NOT_RESULTS not in path.relative_to(output).parts)
     preview = [Path(arguments["preview"])] if arguments["preview"] else []
     return list(dict.fromkeys(str(path) for path in files + preview))

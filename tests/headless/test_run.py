@@ -51,9 +51,24 @@ def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
     assert {"deformed/frame_0020.ply", "deformed/frame_0021.ply", "export/ply/frame_0020.ply"} <= names
     assert json.loads((tmp_path / "out" / "report.json").read_text())["settings"]["centers"] == 16
     before = {path: path.read_bytes() for path in listed if path.suffix in (".ply", ".npz", ".pc2")}
-    second = run(*command, "--quiet", cwd=tmp_path)
+    assert "MB for later runs; --clean-cache removes them" in first.stderr.splitlines()[-1]
+    second = run(*command, "--quiet", "--clean-cache", cwd=tmp_path)
     assert (second.returncode, second.stdout, second.stderr) == (0, "", "")
     assert {path: path.read_bytes() for path in before} == before
+    assert {path.parent.name for path in (tmp_path / "out" / "cache").rglob("*.npz")} == {"preview"}
+
+
+def test_a_job_for_a_render_farm_is_written_and_nothing_is_run(frames, tmp_path):
+    options = ["--centers", "16", "--export", "usd", "--preview", "p.png"]
+    done = run("box", *options, "--output", "out", "--export-job", "openjd", "job", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {Path(line).name for line in done.stdout.splitlines()} == {path.name for path in (tmp_path / "job").iterdir()}
+    job = json.loads((tmp_path / "job" / "job.json").read_text())
+    assert (job["source"], job["output"], job["settings"]["centers"]) == (str(tmp_path / "box"), str(tmp_path / "out"), 16)
+    last = json.loads((tmp_path / "job" / "template.json").read_text())["steps"][-1]["script"]["actions"]["onRun"]
+    words = ["{{Param.Input}}", "--output", "{{Param.Output}}", "--centers", "16", "--export", "usd", f"--preview={tmp_path / 'p.png'}"]
+    assert (last["command"], last["args"]) == (sys.executable, [str(SCRIPT), *words])
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_compressed_export_is_decoded_by_another_process(frames, tmp_path):
