@@ -169,7 +169,7 @@ def run(bpy, arguments: dict) -> None:
         operators.export(format=kind, only_check=True, **options)  # before hours of computation
     operators.run_all(output=output, quiet=quiet, keep_lock=True, **given(bpy, arguments, "run_all"))
     for kind in arguments["export"]:
-        operators.export(format=kind, **options)
+        operators.export(format=kind, quiet=quiet, **options)
     if arguments["preview"]:
         operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
     operators.save_scene(filepath=os.path.join(output, "scene.blend"))

@@ -39,6 +39,7 @@ class Format:
     load : imports a file that holds an animated scene into the present Blender scene.
     write : writes a `bridge.formats.export.Export`; returns the paths of the files.
     contents : what `write` writes, in one line, for menus and `--help`.
+    estimate : how large and how good what `write` would write is, in words, in seconds; None for formats without a choice of quality.
     every_frame : `write` writes each frame of a range, so a frame step is refused.
     options : frozen dataclass of the options that `write` takes, each field made by `core.settings.option`.
     unavailable : why this Blender can neither load nor write it; "" when it can.
@@ -53,6 +54,7 @@ class Format:
     load: Callable[[Path], None] | None = None
     write: Callable[[Any], list[Path]] | None = None
     contents: str = ""
+    estimate: Callable[[Any], str] | None = None
     every_frame: bool = False
     options: type | None = None
     unavailable: Callable[[], str] = lambda: ""

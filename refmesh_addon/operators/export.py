@@ -1,6 +1,7 @@
 """Exports the deformed meshes to other programs."""
 
 import os
+import sys
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
@@ -22,6 +23,10 @@ SCOPES = [
     ("OBJECT", "Active Object", "The group whose deformed or reference mesh is the active object"),
     ("COLLECTION", "Active Collection", "Every sequence in the active collection, each in files of its own"),
 ]
+
+
+QUALITY_ARGUMENTS = [argument_names(known)["quality"] for known in registry.written_formats() if known.estimate is not None]
+ESTIMATED_AS = {"glb": "glTF Binary, small"}  # of the two kinds of this format
 
 
 class FormatArguments:
@@ -71,9 +76,15 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         options={"HIDDEN", "SKIP_SAVE"},
     )
 
+    quiet: BoolProperty(
+        name="Quiet", description="Do not tell size and error of the files on stderr in background mode", options={"HIDDEN", "SKIP_SAVE"}
+    )
+
     def invoke(self, context, event):
-        frames = sequence_object(context).refmesh.frames
-        self.first, self.last = frames[0].scene_frame, frames[-1].scene_frame
+        state = sequence_object(context).refmesh
+        self.first, self.last = state.frames[0].scene_frame, state.frames[-1].scene_frame
+        for name in QUALITY_ARGUMENTS:
+            setattr(self, name, state.export_quality)
         return context.window_manager.invoke_props_dialog(self, width=DIALOG_WIDTH)
 
     @reporting
@@ -85,8 +96,11 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
             return {"FINISHED"}
         member = context.active_object if self.scope == "OBJECT" else None
         choices = {owner: choose(owner, self.first, self.last, self.step, member) for owner in self._owners(context)}
-        written = [path for owner, choice in choices.items() for path in self._export(owner, choice)]
+        exports = [self._export_of(owner, choice) for owner, choice in choices.items()]
+        written = [path for export in exports for path in registry.write(registry.FORMATS[self.format], export)]
         self.report({"INFO"}, f"wrote {len(written)} files to {os.path.dirname(written[0])}")
+        for export in exports:
+            self._tell(export)
         for owner in choices:
             note = export_note(owner.refmesh)
             if note:
@@ -108,12 +122,21 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         for name in (*options, "scope", "first", "last", "step", "apply_modifiers", "directory"):
             layout.prop(self, name)
 
-    def _export(self, owner, choice):
-        known = registry.FORMATS[self.format]
+    def _export_of(self, owner, choice):
         results = absolute_path(owner, owner.refmesh.output)
         folder = absolute(self.directory) if self.directory else results / "export"
-        options = chosen_options(self.properties, known)
-        return registry.write(known, Export(owner, choice, results, folder, options, self.apply_modifiers, _unwrapped))
+        options = chosen_options(self.properties, registry.FORMATS[self.format])
+        return Export(owner, choice, results, folder, options, self.apply_modifiers, unwrapped_mesh)
+
+    def _tell(self, export):
+        """Size and error of what was written: in the window, on stderr, and in the panel."""
+        for note in export.notes:
+            text = f"{registry.FORMATS[self.format].label}: {note}"
+            self.report({"INFO"}, text)
+            if bpy.app.background and not self.quiet:
+                print(text, file=sys.stderr)
+            if export.owner.library is None:
+                export.owner.refmesh.exported = text
 
     def _owners(self, context):
         if self.scope != "COLLECTION":
@@ -124,10 +147,33 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         return owners
 
 
-def _unwrapped(mesh):
+class REFMESH_OT_estimate_export(SequenceOperator, bpy.types.Operator):
+    """Estimate size and error of small files at this quality, in some seconds"""
+
+    bl_idname = "refmesh.estimate_export"
+    bl_label = "Estimate Size"
+    changes_sequence = False
+
+    @reporting
+    def execute(self, context):
+        owner = sequence_object(context)
+        choice, results = choose(owner, 0, 0, 1), absolute_path(owner, owner.refmesh.output)
+        quality, lines = owner.refmesh.export_quality, []
+        for known in registry.written_formats():
+            if known.estimate is not None and not known.unavailable():
+                export = Export(owner, choice, results, results / "export", known.options(quality=quality), unwrap=unwrapped_mesh)
+                lines.append(f"{ESTIMATED_AS.get(known.name, known.label)}: {known.estimate(export)}")
+        owner.refmesh.export_estimates = "\n".join(lines)
+        for line in lines:
+            self.report({"INFO"}, line)
+        return {"FINISHED"}
+
+
+def unwrapped_mesh(mesh):
+    """A texture layout of a mesh; None where xatlas is missing, fails or takes too long."""
     from ..pipeline.session.unwrapping import unwrapped  # late: SciPy comes with it, and may be missing
 
     return unwrapped(mesh)
 
 
-CLASSES = (REFMESH_OT_export,)
+CLASSES = (REFMESH_OT_export, REFMESH_OT_estimate_export)

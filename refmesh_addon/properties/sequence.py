@@ -21,6 +21,7 @@ from ..core.settings import STAGES
 from .settings import RefMeshSettings
 from .updates import (
     arrange_objects,
+    forget_estimates,
     go_to_finding,
     go_to_group,
     go_to_place,
@@ -34,6 +35,11 @@ from .updates import (
 
 # Says that a path may begin with "//"; unknown before Blender 4.5.
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+EXPORT_QUALITIES = [
+    ("small", "Small", "For previews and slow networks: errors of about 0.1 % of the size"),
+    ("balanced", "Balanced", "Errors of about 0.05 % of the size"),
+    ("near_lossless", "Near Lossless", "Errors of about 0.01 % of the size, all triangles where they are needed"),
+]
 UNKNOWN = -1.0  # a distance that has not been measured
 
 
@@ -172,6 +178,15 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     )
     side_step: FloatProperty(name="Distance", description="Between source, reference mesh and result", options={"HIDDEN"})
     settings: PointerProperty(type=RefMeshSettings)
+    export_quality: EnumProperty(
+        name="Quality",
+        description="Of small files: small GLB, web page and RefMesh stream",
+        items=EXPORT_QUALITIES,
+        default="balanced",
+        update=forget_estimates,
+    )
+    export_estimates: StringProperty(name="Estimates", description="Expected size and error of small files", options={"HIDDEN"})
+    exported: StringProperty(name="Exported", description="Size and error of what was exported last", options={"HIDDEN"})
     missing: StringProperty(
         name="Missing", description="Files that the scene needs and that were missing when it was opened", options={"HIDDEN"}
     )

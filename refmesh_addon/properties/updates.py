@@ -11,6 +11,11 @@ from ..core.errors import RefMeshError
 from .wording import for_window
 
 
+def forget_estimates(state, context):
+    """Estimates are of another quality now."""
+    state.export_estimates = ""
+
+
 def go_to_finding(state, context):
     """Shows the frame of the finding that was clicked."""
     frame = state.frames.get(state.findings[state.active_finding].name)

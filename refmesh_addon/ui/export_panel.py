@@ -37,7 +37,16 @@ class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
         draw_wrapped(layout, context, note or f"Writes {len(state.groups)} deformed meshes", icon="ERROR" if note else "IMPORT")
         column = layout.column()
         column.enabled = deformed
+        column.label(text="Quality of Small Files")
+        column.row(align=True).prop(state, "export_quality", expand=True)
+        if state.export_estimates:
+            for line in state.export_estimates.splitlines():
+                draw_wrapped(column, context, line)
+        else:
+            column.operator("refmesh.estimate_export", icon="VIEWZOOM")
         column.menu("REFMESH_MT_export", icon="EXPORT")
+        if state.exported:
+            draw_wrapped(column, context, f"Written: {state.exported}")
         column.operator("refmesh.render_preview", icon="RENDER_STILL")
         row = layout.row()
         row.operator("refmesh.export_job", icon="NETWORK_DRIVE")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from importlib.util import find_spec
 
 import bpy
@@ -81,6 +82,32 @@ def test_a_web_page_holds_the_small_glb(blender, solved, results):
     folder = results / "export" / "ball_web"
     assert sorted(path.name for path in folder.iterdir()) == ["ball.glb", "ball.glb.js", "index.html", "viewer.js"]
     assert (folder / "ball.glb").read_bytes() == (results / "export" / "ball.glb").read_bytes()
+
+
+def figures(text):
+    """(megabytes, share of the diagonal) of what is told of a file."""
+    return float(re.search(r"([\d.e-]+) MB", text)[1]), float(re.search(r"RMS error ([\d.e-]+) %", text)[1]) / 100
+
+
+@needs_constriction
+@pytest.mark.parametrize("quality", ["small", "balanced", "near_lossless"])
+def test_size_and_error_are_estimated_and_told(blender, solved, results, quality):
+    state = solved.refmesh
+    state.export_quality = quality
+    blender.ops.refmesh.estimate_export()
+    estimates = dict(line.split(": ", 1) for line in state.export_estimates.splitlines())
+    for kind, arguments in (
+        ("glTF Binary, small", {"format": "glb", "glb_size": "small", "glb_quality": quality}),
+        ("RefMesh Stream", {"format": "refmesh", "refmesh_quality": quality}),
+    ):
+        blender.ops.refmesh.export(**arguments)
+        extension = {"glb": ".glb", "refmesh": ".refmesh"}[arguments["format"]]
+        size, error = figures(state.exported)
+        assert size == pytest.approx((results / "export" / f"ball{extension}").stat().st_size / 1e6, rel=0.06)
+        assert figures(estimates[kind])[0] == pytest.approx(size, rel=0.5)
+        assert error <= 1.1 * figures(estimates[kind])[1]
+    state.export_quality = "small" if quality == "balanced" else "balanced"
+    assert not state.export_estimates
 
 
 def test_a_small_glb_is_smaller(blender, solved, results):

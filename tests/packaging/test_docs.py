@@ -89,7 +89,7 @@ def test_pictures_are_small():
 
 def known_names(path: Path) -> list[str]:
     """Names of the formats whose records are in a file."""
-    records = re.findall(r"\bFormat\(\s*\"([a-z0-9]+)\"|\breplace\(([A-Z]+),", path.read_text())
+    records = re.findall(r"\bFormat\(\s*\"([a-z0-9]+)\"|\breplace\(\s*([A-Z]+),", path.read_text())
     return [name or constant.lower() for name, constant in records]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ class Export:
     options : instance of `Format.options`; None for a format without options.
     apply_modifiers : whether modifiers that a person has put on the deformed meshes, above the cache, go out as well.
     unwrap : a texture layout of a mesh, for formats that reduce it; None where none can be computed.
+    notes : what a format tells of the files that it has written.
     """
 
     owner: bpy.types.Object
@@ -34,6 +35,7 @@ class Export:
     options: Any = None
     apply_modifiers: bool = True
     unwrap: Callable[[TriangleMesh], Layout | None] = lambda mesh: None
+    notes: list[str] = field(default_factory=list)
 
     @property
     def name(self) -> str:

@@ -25,6 +25,11 @@ def frame_rate() -> float:
     return render.fps / render.fps_base
 
 
+def described(size: int, mbps: float, error: float) -> str:
+    """Figures of a file in words.  size : bytes.  mbps : 10^6 bits per second.  error : RMS, share of the diagonal."""
+    return f"{size / 1e6:.2g} MB, {mbps:.2g} Mbit/s, RMS error {100 * error:.2g} % of the diagonal"
+
+
 def diagonal(export: Export) -> float:
     """Of the bounding box of the whole sequence, scene units."""
     return float(read_report(export.results)["bbox_diagonal"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -15,12 +16,15 @@ from .export import Export
 from .files import replacing
 from .layers import groups_to_attributes, has_materials, supported
 from .pictures import show_steady
-from .small_gltf import small_choice, small_file
+from .small_gltf import SmallOptions, small_choice, small_estimate, small_file, small_note
 from .stand_ins import morphing_stand_ins
+
+if TYPE_CHECKING:
+    from ...io.small_glb.choice import SmallGlb
 
 
 @dataclass(frozen=True)
-class GlbOptions:
+class GlbOptions(SmallOptions):
     """Options of the format."""
 
     size: str = option(
@@ -31,13 +35,11 @@ class GlbOptions:
             "small": "Fewer triangles and a few morph targets in whole numbers, for the web: some 50 times smaller",
         },
     )
-    error: float = option(0.05, "Small files: RMS distance from the frames, % of the diagonal", low=0.002, high=5.0)
     mbps: float = option(
         0.0, "Small files: megabits per second, from which the error follows, by the first group; 0 takes the error", low=0.0, high=1000.0
     )
     packed: bool = option(False, "Small files: packed to a third by EXT_meshopt_compression; Blender reads it from 5.2 on")
     normals: bool = option(True, "Small files: with normals where there are no colors, so that viewers shade smoothly")
-    texture: int = option(1024, "Small files: greatest side of a texture, pixels; 0 leaves colors out", low=0, high=8192)
     image: str = option(
         "webp",
         "Small files: how textures are stored",
@@ -60,19 +62,22 @@ def write(export: Export) -> list[Path]:
     return _write_small(export) if export.options.size == "small" else _write_full(export)
 
 
-def _write_small(export: Export) -> list[Path]:
+def estimate(export: Export) -> str:
+    """Of a small file; what a full one takes is told by its frames and vertices alone."""
+    return small_estimate(export, _choice(export))
+
+
+def _choice(export: Export) -> SmallGlb:
     options: GlbOptions = export.options
-    choice = small_choice(
-        export,
-        error=options.error / 100,
-        packed=options.packed,
-        normals=options.normals,
-        texture=options.texture,
-        image=f".{options.image}",
-    )
-    data, target = small_file(export, choice, options.mbps)[0], export.target(GLB.extensions[0])
+    return small_choice(export, options, packed=options.packed, normals=options.normals, image=f".{options.image}")
+
+
+def _write_small(export: Export) -> list[Path]:
+    data, runs = small_file(export, _choice(export), export.options.mbps)
+    target = export.target(GLB.extensions[0])
     with atomic_file(target) as file:
         file.write(data)
+    export.notes.append(small_note(data, runs))
     return [target]
 
 
@@ -102,4 +107,6 @@ def _write_full(export: Export) -> list[Path]:
     return [target]
 
 
-FORMAT = replace(GLB, write=write, contents="glTF binary with morph targets", options=GlbOptions, unavailable=unavailable)
+FORMAT = replace(
+    GLB, write=write, contents="glTF binary with morph targets", estimate=estimate, options=GlbOptions, unavailable=unavailable
+)

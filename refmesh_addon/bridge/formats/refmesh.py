@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...core.options import option
 from ...io.formats import Format
 from .export import Export
-from .frame_groups import diagonal, frame_groups, frame_rate
+from .frame_groups import described, diagonal, frame_groups, frame_rate
+
+if TYPE_CHECKING:
+    from ...io.refmesh_stream.writer import Quality
 
 # Arguments of `Quality`.
 QUALITIES = {"small": (1.6e-3, 10000), "balanced": (1.1e-3, 20000), "fine": (7e-4,), "near_lossless": (1e-4,)}
@@ -37,17 +41,31 @@ def unavailable() -> str:
     return "" if find_spec("constriction") else "the Python package 'constriction' is missing"
 
 
+def estimate(export: Export) -> str:
+    """From a few frames of each group."""
+    from ...io.refmesh_stream.estimate import estimated  # late: SciPy comes with it, and may be missing
+
+    groups = frame_groups(export, by_scene_frame=False)
+    result = estimated(groups, diagonal(export), frame_rate(), _quality(export.options))
+    return f"about {described(result.size, result.mbps, result.error)}"
+
+
 def write(export: Export) -> list[Path]:
     """All groups in one file, frames by the numbers of their files."""
-    from ...io.refmesh_stream.writer import Quality, write_stream  # late: SciPy comes with it, and may be missing
+    from ...io.refmesh_stream.writer import write_stream
 
-    options: StreamOptions = export.options
-    quality = Quality(*QUALITIES[options.quality])
-    if options.triangles:
-        quality = replace(quality, triangles=options.triangles)
-    target = export.target(FORMAT.extensions[0])
-    write_stream(target, frame_groups(export, by_scene_frame=False), diagonal(export), frame_rate(), quality)
+    target, size = export.target(FORMAT.extensions[0]), diagonal(export)
+    error = write_stream(target, frame_groups(export, by_scene_frame=False), size, frame_rate(), _quality(export.options))
+    count, written = sum(len(frames) for frames in export.choice.groups.values()), target.stat().st_size
+    export.notes.append(described(written, 8e-6 * written * frame_rate() / count, error / size))
     return [target]
+
+
+def _quality(options: StreamOptions) -> Quality:
+    from ...io.refmesh_stream.writer import Quality
+
+    quality = Quality(*QUALITIES[options.quality])
+    return replace(quality, triangles=options.triangles) if options.triangles else quality
 
 
 FORMAT = Format(
@@ -56,6 +74,7 @@ FORMAT = Format(
     (".refmesh",),
     write=write,
     contents="One compressed file, which 'Decode RefMesh Stream' turns into PLY files again",
+    estimate=estimate,
     options=StreamOptions,
     unavailable=unavailable,
 )

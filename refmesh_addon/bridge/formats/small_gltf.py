@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.options import option
 from ...core.types import TriangleMesh
 from ..scene.far_origin import offset_of, place_in_world
 from .export import Export
-from .frame_groups import diagonal, frame_groups, frame_rate
+from .frame_groups import described, diagonal, frame_groups, frame_rate
 
 if TYPE_CHECKING:
     from ...core.color.layout import Layout
@@ -21,11 +22,56 @@ if TYPE_CHECKING:
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # Blender's axes to those of glTF
 
 
-def small_choice(export: Export, **options) -> SmallGlb:
-    """The options of `SmallGlb` with what follows from the scene: where the sequence is, and how a mesh is unwrapped."""
+@dataclass(frozen=True)
+class SmallOptions:
+    """Options that formats with a small GLB share."""
+
+    quality: str = option(
+        "balanced",
+        "Small files: how good and how large",
+        choices={
+            "small": "Error 0.1 % of the size, textures of 512 pixels",
+            "balanced": "Error 0.05 % of the size, textures of 1024 pixels",
+            "near_lossless": "Error 0.01 % of the size, textures of 4096 pixels",
+        },
+    )
+    error: float = option(0.0, "Small files: RMS distance from the frames, % of the diagonal; 0 takes the quality's", low=0.0, high=5.0)
+    colors: bool = option(True, "Small files: with the steady texture or the colors of vertices")
+    texture: int = option(0, "Small files: greatest side of a texture, pixels; 0 takes the quality's", low=0, high=8192)
+
+
+QUALITIES = {"small": (1e-3, 512), "balanced": (5e-4, 1024), "near_lossless": (1e-4, 4096)}  # error, side of the texture
+
+
+def small_choice(export: Export, options: SmallOptions, **more) -> SmallGlb:
+    """What the options say, with what follows from the scene: where the sequence is, and how a mesh is unwrapped.
+
+    more : other fields of `SmallGlb`.
+    """
     from ...io.small_glb.choice import SmallGlb  # late: SciPy comes with it, and may be missing
 
-    return SmallGlb(placement=Y_UP @ np.array(place_in_world(export.owner.refmesh.root)), unwrap=layout_maker(export), **options)
+    error, texture = QUALITIES[options.quality]
+    return SmallGlb(
+        options.error / 100 or error,
+        texture=(options.texture or texture) if options.colors else 0,
+        placement=Y_UP @ np.array(place_in_world(export.owner.refmesh.root)),
+        unwrap=layout_maker(export),
+        **more,
+    )
+
+
+def small_estimate(export: Export, choice: SmallGlb) -> str:
+    """How large the file will be, in words."""
+    from ...io.small_glb.estimate import estimated
+
+    estimate = estimated(groups_about_root(export, colors=choice.texture > 0), diagonal(export), frame_rate(), choice)
+    return f"about {described(estimate.size, estimate.mbps, estimate.error)}"
+
+
+def small_note(data: bytes, runs: list[WrittenRun]) -> str:
+    """How large the file is, in words."""
+    frames = sum(len(run.numbers) for run in runs)
+    return described(len(data), 8e-6 * len(data) * frame_rate() / frames, max(run.error for run in runs))
 
 
 def layout_maker(export: Export) -> Callable[[TriangleMesh], Layout]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from ...core.color.appearance import Appearance
 from ...core.compression.group import GREATEST_EXTENT, STEP
 from ...core.compression.group_encoder import MARGIN, Balance, encoded_group
+from ...core.compression.morph_targets import rms_along_normals
 from ...core.compression.reduction import reduced
 from ...core.errors import RefMeshError
 from ...core.types import FrozenArrays
@@ -59,41 +60,61 @@ class Quality:
     balance: Balance = field(default_factory=Balance)
 
 
-def write_stream(path: str | Path, groups: Iterable[FrameGroup], diagonal: float, frame_rate: float, quality: Quality) -> None:
-    """Writes the groups, in their order, read one at a time.
+@dataclass(frozen=True)
+class CodedPart:
+    """What a run of frames became.  data : its bytes.  error : RMS distance from the frames along normals, scene units."""
+
+    numbers: tuple[int, ...]
+    data: bytes
+    error: float
+
+
+def write_stream(path: str | Path, groups: Iterable[FrameGroup], diagonal: float, frame_rate: float, quality: Quality) -> float:
+    """Writes the groups, in their order, read one at a time; returns the largest error of a run of frames, scene units.
 
     diagonal : of the bounding box of the whole sequence, scene units.  frame_rate : frames per second.
     A group of more than MOST_FRAMES frames is written as several. Raises RefMeshError when the file cannot be written, or a group
     cannot be coded: it says which and why.
     """
-    unit = quality.step * diagonal / STEP
-    if not unit > 0:
-        raise RefMeshError(f"{path}: a sequence without extent cannot be compressed")
     entries: list[Entry] = []
+    worst = 0.0
     with atomic_file(path) as file:
         file.write(HEAD.pack(b"", 0, 0, 0, 0))
         for group in groups:
-            for part in _parts(_reduced(group, quality.triangles)):
-                data = encoded(part, unit, quality.balance)
-                entries.append(Entry(file.tell(), len(data), zlib.crc32(data), part.numbers))
-                file.write(data)
+            for part in coded_parts(group, diagonal, quality):
+                entries.append(Entry(file.tell(), len(part.data), zlib.crc32(part.data), part.numbers))
+                file.write(part.data)
+                worst = max(worst, part.error)
         index = packed_index(frame_rate, entries)
         offset = file.tell()
         file.write(index)
         file.seek(0)
         file.write(packed_head(offset, index))
+    return worst
 
 
-def encoded(group: FrameGroup, unit: float, balance: Balance) -> bytes:
-    """The bytes of one group.  unit : of the grid, scene units. Raises RefMeshError, naming the frames, when it cannot be coded."""
+def coded_parts(group: FrameGroup, diagonal: float, quality: Quality) -> Iterator[CodedPart]:
+    """A group as one run of frames, or as several where it is long, as `write_stream` writes it."""
+    unit = quality.step * diagonal / STEP
+    if not unit > 0:
+        raise RefMeshError("a sequence without extent cannot be compressed")
+    fewer, lost = _reduced(group, quality.triangles)
+    for part in _parts(fewer):
+        data, error = _coded(part, unit, quality.balance)
+        yield CodedPart(part.numbers, data, float(np.hypot(lost, error)))
+
+
+def _coded(group: FrameGroup, unit: float, balance: Balance) -> tuple[bytes, float]:
+    """The bytes of a run of frames and its error.  unit : of the grid, scene units."""
     origin = group.positions.min(axis=(0, 1)) - MARGIN * unit
     grid = (group.positions - origin) / unit
     _check(group, grid)
     coder = Encoder()
-    shape, _, _ = encoded_group(coder, grid, group.triangles, balance)
+    shape, decoded, order = encoded_group(coder, grid, group.triangles, balance)
+    error = unit * rms_along_normals(decoded.points, grid[:, order], decoded.triangles)
     data = GroupHead(shape, (float(origin[0]), float(origin[1]), float(origin[2])), unit).packed() + coder.finished()
     least = max(-(-shape.triangles // TRIANGLES_PER_BYTE), -(-shape.vertices * shape.frames // POSITIONS_PER_BYTE))
-    return data + bytes(-(-max(0, least - len(data)) // 4) * 4)
+    return data + bytes(-(-max(0, least - len(data)) // 4) * 4), error
 
 
 def _check(group: FrameGroup, grid: np.ndarray) -> None:
@@ -110,11 +131,12 @@ def _check(group: FrameGroup, grid: np.ndarray) -> None:
         raise RefMeshError(f"{where}: a triangle that has one vertex twice cannot be compressed; run the Reference step again")
 
 
-def _reduced(group: FrameGroup, triangles: int) -> FrameGroup:
+def _reduced(group: FrameGroup, triangles: int) -> tuple[FrameGroup, float]:
+    """The group with fewer triangles, and the RMS distance that this costs, scene units."""
     if not triangles:
-        return group
+        return group, 0.0
     reduction = reduced(group.positions, group.triangles, triangles)
-    return FrameGroup(group.numbers, reduction.frames, reduction.triangles)
+    return FrameGroup(group.numbers, reduction.frames, reduction.triangles), reduction.error
 
 
 def _parts(group: FrameGroup) -> list[FrameGroup]:

@@ -73,12 +73,19 @@ def _candidates(group: FrameGroup, choice: SmallGlb, error: float) -> Iterator[S
         left = float(np.sqrt(max(error**2 - reduction.error**2, (LEAST_LEFT * error) ** 2)))
         runs = [
             Run(rows, model, float(np.hypot(reduction.error, model.error)))
-            for rows, model in _runs(frames, triangles, left, choice.targets, slice(0, len(frames)))
+            for rows, model in fitted_runs(frames, triangles, left, choice.targets)
         ]
         _check(group, runs)
         yield Segment(group.numbers, frames, triangles, tuple(runs))
         if reduction.error < ENOUGH * error:
             break
+
+
+def fitted_runs(
+    frames: np.ndarray, triangles: np.ndarray, error: float, targets: tuple[int, int]
+) -> Iterator[tuple[slice, MorphTargets]]:
+    """Rows of the (F, V, 3) frames, in order, and their morph targets.  error : RMS along normals, scene units."""
+    return _runs(frames, triangles, error, targets, slice(0, len(frames)))
 
 
 def _runs(

@@ -8,10 +8,13 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
+from typing import TYPE_CHECKING
 
 from ...core.errors import RefMeshError
 from ..files import atomic_file, output_folder
-from ..small_glb.choice import WrittenRun
+
+if TYPE_CHECKING:
+    from ..small_glb.choice import WrittenRun  # comes with SciPy, which may be missing
 
 PLACE = Path(__file__).parent
 VIEWER, PAGE = "viewer.js", "index.html"

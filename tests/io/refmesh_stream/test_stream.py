@@ -12,6 +12,7 @@ from refmesh_addon.core.compression.group_encoder import Balance
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.refmesh_stream.estimate import estimated
 from refmesh_addon.io.refmesh_stream.reader import StreamReader
 from refmesh_addon.io.refmesh_stream.writer import FrameGroup, Quality, write_stream
 from tests.core import shapes
@@ -107,6 +108,19 @@ def test_a_still_mesh_at_a_coarse_step_is_padded_so_that_its_counts_are_believed
     still = FrameGroup(tuple(range(64)), np.repeat(mesh.vertices[None], 64, axis=0), mesh.triangles)
     reader = written(tmp_path / "still.refmesh", [still], Quality(step=0.3))
     assert reader.group(0).positions.shape == (64, len(mesh.vertices), 3)
+
+
+def test_the_error_is_told_and_the_size_estimated_from_a_few_frames(tmp_path):
+    mesh = shapes.ball(4)
+    group = FrameGroup(tuple(range(12)), waving(mesh, 12), mesh.triangles)
+    path = tmp_path / "told.refmesh"
+    error = write_stream(path, [group], DIAGONAL, 25.0, QUALITY)
+    decoded = StreamReader(path).group(0)
+    distances = [SurfaceIndex(TriangleMesh(a, group.triangles)).query(b).distances for a, b in zip(group.positions, decoded.positions)]
+    assert 0.7 * error < np.sqrt(np.mean(np.square(distances))) < 1.1 * error
+    estimate = estimated([group], DIAGONAL, 25.0, QUALITY)
+    assert 0.67 < estimate.size / path.stat().st_size < 1.5
+    assert 0.5 < estimate.error * DIAGONAL / error < 2.0
 
 
 def test_what_cannot_be_coded_is_refused_and_leaves_no_file(tmp_path):
