@@ -227,7 +227,7 @@ def folder_size(folder: Path) -> int:
 def written_files(arguments: dict) -> list[str]:
     """The results, as paths that can be opened from here."""
     if arguments["export_job"]:
-        return sorted(str(path) for path in Path(arguments["export_job"][1]).iterdir())
+        return sorted(str(path) for path in Path(arguments["export_job"][1]).glob("*.json"))
     output = Path(arguments["output"])
     files = sorted(path for path in output.rglob("*") if path.is_file() and NOT_RESULTS not in path.relative_to(output).parts)
     preview = [Path(arguments["preview"])] if arguments["preview"] else []

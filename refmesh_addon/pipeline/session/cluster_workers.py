@@ -70,13 +70,19 @@ class ClusterWorkers:
         """Workers at present. Raises RefMeshError when there have been none for long."""
         now = time.monotonic()
         if now - self._counted > COUNT_INTERVAL:
-            self._check()
-            self._count, self._counted = len(self._client.scheduler_info()["workers"]), now
+            self._count, self._counted = self._counted_workers(), now
         if self._count:
             self._had_workers = now
         elif now - self._had_workers > NO_WORKERS_TIMEOUT:
             raise self._error("it has no workers; start some with 'dask worker', and start the job again to continue")
         return self._count
+
+    def _counted_workers(self) -> int:
+        self._check()
+        try:
+            return len(self._client.scheduler_info()["workers"])
+        except OSError as error:  # it was lost a moment ago
+            raise self._lost() from error
 
     def map(self, function: Callable, tasks: Iterable[tuple], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
         """Yields (index, function(*task)) as `Workers.map` does.
@@ -105,7 +111,8 @@ class ClusterWorkers:
                         yield index, answer.value
         finally:
             if waiting and self._client.status == "running":  # where the loop was left early
-                self._client.cancel(list(waiting), force=True)
+                with suppress(OSError):
+                    self._client.cancel(list(waiting), force=True)
 
     def _submit(self, index: int, task: Task, waiting: dict, done: queue.SimpleQueue) -> None:
         packed = (task.with_files() if self._send_files else task).packed()
