@@ -1,10 +1,11 @@
 """Whether a long take needs more memory, or more processor time per frame, than a short one: whole jobs by the real worker process.
 
-    python -m benchmarks.memory [--frames 30 300] [--until evaluation]
+    python -m benchmarks.memory [--frames 30 300] [--until evaluation] [--source sample_scenes/textured_grasp/frames]
 
-The long take is the short one played to and fro, so that its groups hold the same frames. Meshes are of usual size, so that
-anything that is held of every frame shows; the settings spare all work that memory does not depend on. The peak is that of the
-main process and, for each worker process, that of the largest: which of them gets the largest group is chance.
+The long take is the short one played to and fro, so that its groups hold the same frames; with pictures beside the frames of --source,
+colors are brought over too. All stages run, and one mesh serves the take (--segments long). Meshes are of usual size, so that anything
+that is held of every frame shows; the settings spare all work that memory does not depend on. The peak is that of the main process and,
+for each worker process, that of the largest: which of them gets the largest group is chance. The size of the cache is told too.
 Needs the /proc file system of Linux.
 """
 
@@ -30,6 +31,7 @@ from refmesh_addon.pipeline.process.events import Event
 from refmesh_addon.pipeline.session.job import JobSpec
 
 SEQUENCE = "bar"
+MESHES = (".ply", ".obj", ".glb", ".stl", ".off")
 # Little work for each frame; the number of triangles alone decides how much is made of it.
 FAST = {"alignment_steps": 1, "poisson_depth": 6, "arap_iterations": 1, "fit_rounds": 1, "samples": 500}
 SMALLEST = 32 * 2**20  # bytes; processes below are helpers of Python, not workers
@@ -38,13 +40,16 @@ POLL = 0.1  # seconds between two readings; each process states its own peak, so
 
 @dataclass(frozen=True)
 class Measured:
-    """One take: its frames, bytes of the main process and of the largest worker process at their peaks, and processor seconds per frame."""
+    """One take: its frames, bytes of the main process and of the largest worker process at their peaks, processor seconds per frame,
+    and bytes of the cache.
+    """
 
     frames: int
     main: int
     worker: int
     workers: int
     pace: float
+    cache: int
 
     @property
     def peak(self) -> int:
@@ -99,6 +104,8 @@ def measured(frames: list[Path], count: int, settings: Settings, until: str) -> 
     with tempfile.TemporaryDirectory() as scratch:
         take = Path(scratch) / "take"
         take.mkdir()
+        for beside in {*frames[0].parent.iterdir()}.difference(frames):
+            shutil.copyfile(beside, take / beside.name)
         for number, frame in enumerate(to_and_fro(frames, count), 1):
             shutil.copyfile(frame, take / f"take_{number:04d}{frame.suffix}")
         job = Path(scratch) / "job.json"
@@ -106,7 +113,8 @@ def measured(frames: list[Path], count: int, settings: Settings, until: str) -> 
         before = processor_seconds()
         main, others = run_worker(job)
         workers = [peak for peak in others if peak > SMALLEST]
-        return Measured(count, main, max(workers, default=0), len(workers), (processor_seconds() - before) / count)
+        cache = sum(path.stat().st_size for path in Path(scratch, "out", "cache").rglob("*.npz"))
+        return Measured(count, main, max(workers, default=0), len(workers), (processor_seconds() - before) / count, cache)
 
 
 def to_and_fro(frames: list[Path], count: int) -> list[Path]:
@@ -136,6 +144,13 @@ def processor_seconds() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
+def generated(arguments: argparse.Namespace) -> Path:
+    """Folder of generated frames, made in a process of its own."""
+    makes = [sys.executable, "-m", "benchmarks.frames", SEQUENCE, str(arguments.frames[0])]
+    makes += ["--cache", str(arguments.cache)] if arguments.cache else []
+    return Path(subprocess.run(makes, check=True, stdout=subprocess.PIPE, text=True).stdout.strip())
+
+
 def main() -> None:
     """Runs a short and a long take, prints a table and then one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -143,25 +158,29 @@ def main() -> None:
     parser.add_argument("--centers", type=int, default=100)
     parser.add_argument("--resolution", type=int, default=64)
     parser.add_argument("--triangles", type=int, default=15_000, help="of each reference mesh (default: %(default)s)")
+    parser.add_argument("--texture", default="512", help="side of the textures of a colored take in pixels (default: %(default)s)")
+    parser.add_argument("--source", type=Path, help="folder of frames, all of one format, in place of generated ones")
     parser.add_argument("--tracking", default="sequence", choices=("sequence", "group"))
     parser.add_argument("--until", default=STAGES[-1], choices=STAGES, help="the last stage (default: %(default)s)")
     parser.add_argument("--cache", type=Path, help="folder for generated frames")
     arguments = parser.parse_args()
     if not Path("/proc/self/status").exists():
         sys.exit("this system has no /proc: measure memory on Linux")
-    chosen = {name: getattr(arguments, name) for name in ("centers", "resolution", "triangles", "tracking")}
+    chosen = {name: getattr(arguments, name) for name in ("centers", "resolution", "triangles", "tracking", "texture")}
     settings = Settings.from_flat({**FAST, **chosen})
-    makes = [sys.executable, "-m", "benchmarks.frames", SEQUENCE, str(arguments.frames[0])]
-    makes += ["--cache", str(arguments.cache)] if arguments.cache else []
-    folder = Path(subprocess.run(makes, check=True, stdout=subprocess.PIPE, text=True).stdout.strip())
-    takes = [measured(sorted(folder.iterdir()), count, settings, arguments.until) for count in arguments.frames]
+    frames = sorted(path for path in (arguments.source or generated(arguments)).iterdir() if path.suffix in MESHES)
+    takes = [measured(frames, count, settings, arguments.until) for count in arguments.frames]
     for take in takes:
         sizes = f"main process {take.main / 2**20:.1f} MiB, {take.workers} workers of at most {take.worker / 2**20:.1f} MiB"
-        print(f"{take.frames:5d} frames: {sizes}, {take.pace:.3f} processor seconds a frame")
+        print(
+            f"{take.frames:5d} frames: {sizes}, {take.pace:.3f} processor seconds and "
+            f"{take.cache / take.frames / 2**20:.2f} MiB of cache a frame"
+        )
     short, long = takes
     figures = {"frames": arguments.frames, "until": arguments.until}
     figures |= {f"{name}_mebibytes": [round(getattr(take, name) / 2**20, 1) for take in takes] for name in ("main", "worker", "peak")}
     figures |= {"peak_ratio": long.peak / short.peak, "pace": [take.pace for take in takes], "pace_ratio": long.pace / short.pace}
+    figures |= {"cache_mebibytes": [round(take.cache / 2**20, 1) for take in takes]}
     print(json.dumps({"benchmark": "memory", **figures}))
 
 
