@@ -84,6 +84,10 @@ class ClusterWorkers:
         except OSError as error:  # it was lost a moment ago
             raise self._lost() from error
 
+    def fit_memory(self, task_bytes: int) -> bool:
+        """Leaves the cluster as it is: Dask limits the memory of its workers itself."""
+        return False
+
     def map(self, function: Callable, tasks: Iterable[tuple], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
         """Yields (index, function(*task)) as `Workers.map` does.
 

@@ -17,6 +17,7 @@ from ...io.sequence import Sequence
 from .cache import Cache
 from .frames import Frames, read_frames
 from .job import CACHE_FOLDER, TRACKING, JobSpec
+from .memory import task_bytes
 from .part import Part
 from .session import Session, WorkerPool
 from .stage_share import Notify, StageShare
@@ -67,6 +68,9 @@ class Context(Session):
         cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
         session = Session(output, cache, workers, notify, part=part)
         frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report)
+        if workers.fit_memory(task_bytes(max(frames.counts))):
+            # Not for the report, which is the same on every machine.
+            warn(f"only {workers.count} processes work at a time, as more would not fit the memory")
         report.bbox_diagonal, report.offset = frames.diagonal, tuple(frames.offset.tolist())
         return cls(output, cache, workers, notify, frames, spec.settings, report, warn_and_report, part=part)
 

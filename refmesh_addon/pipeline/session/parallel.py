@@ -13,6 +13,7 @@ from itertools import islice
 from typing import Any
 
 from ...core.errors import RefMeshError
+from .memory import available_memory
 
 MOST_WORKERS = 8  # a task holds the grids and factors of one frame: more processes cost more memory than they save time
 QUEUED = 2  # tasks submitted for each process: one at work, one ready
@@ -36,7 +37,7 @@ class Workers:
     """A pool of processes that is started with the first tasks and ends with the `with` block."""
 
     def __init__(self, count: int | None = None):
-        self.count = count or min(_cores(), MOST_WORKERS)
+        self.count = self._most = count or min(_cores(), MOST_WORKERS)
         self._pool: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> Workers:
@@ -54,6 +55,18 @@ class Workers:
                 process.kill()
             for process in processes:
                 process.join(ENDING)
+
+    def fit_memory(self, task_bytes: int) -> bool:
+        """Goes on with no more processes than fit the memory at present, but at least one; returns whether these are fewer than the cores.
+
+        task_bytes : that a process needs for its tasks at their peak.
+        """
+        count = min(max(int(available_memory() // task_bytes), 1), self._most)
+        if count < self.count:
+            self.close()
+            self._pool = None
+        self.count = count
+        return count < self._most
 
     def map(self, function: Callable, tasks: Iterable[tuple], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
         """Yields (index, function(*task)) as tasks are done, in no fixed order.

@@ -106,6 +106,17 @@ def test_there_is_at_least_one_process_and_not_too_many():
     assert Workers(3).count == 3
 
 
+def test_processes_fit_the_memory(monkeypatch):
+    """Fewer where each needs much, at least one, and as many as before once there is enough again."""
+    monkeypatch.setattr("refmesh_addon.pipeline.session.parallel.available_memory", lambda: 10_000)
+    with Workers(3) as workers:
+        assert not workers.fit_memory(1000) and workers.count == 3
+        assert set(dict(workers.map(power, [(2, 2)], nothing)).values()) == {4}
+        for need, count in ((4000, 2), (9000, 1), (20_000, 1), (3000, 3)):
+            assert workers.fit_memory(need) == (count < 3) and workers.count == count
+        assert dict(workers.map(power, [(2, 3)], nothing)) == {0: 8}, "in a pool of the new size"
+
+
 def test_one_ahead_makes_each_item_once_in_order_and_only_one_too_early():
     made = []
 
