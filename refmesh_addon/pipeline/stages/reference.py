@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.latest import latest_only
 from ...core.reference.alignment import AnchorFrame
-from ...core.reference.budget import points_per_frame, triangle_budget
+from ...core.reference.budget import MAX_TRIANGLES, is_capped, points_per_frame, triangle_budget
 from ...core.reference.cap_points import counting
 from ...core.reference.group import (
     AlignedFrame,
@@ -115,11 +115,17 @@ def group_frames(
     more = ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
     own = {frame: own_mesh_key(context) for frame in [own_mesh_frame(context)] if frame is not None}
     handovers = [following[0] for following in runs[1:]] + [None]
-    parts = [[*more, *(key for frame, key in own.items() if frame in frames)] for frames in runs]
+    parts = [[*more, *(key for frame, key in own.items() if frame in frames), *_cap(context, frames)] for frames in runs]
     ranges = [tracking.range_of(frames[0]).key for frames in runs]
     keys = [digest(REFERENCE_SCHEMA, *item[:2], settings, *item[2]) for item in zip(ranges, runs, parts, strict=True)]
     rows = enumerate(zip(runs, handovers, keys, strict=True))
     return GroupedFrames(tuple(FrameGroup(index, *row, **kind) for index, row in rows), bodies)
+
+
+def _cap(context: Context, frames: tuple[int, ...]) -> list[int]:
+    """The cap on the triangles of a group where it applies; that groups without it have the keys of earlier versions spares their work."""
+    capped = is_capped(context.settings.reference.triangles, [context.frames.counts[frame] for frame in frames])
+    return [MAX_TRIANGLES] if capped else []
 
 
 def building_units(context: Context, aligned: AlignedGroups) -> dict[int, WorkUnit]:

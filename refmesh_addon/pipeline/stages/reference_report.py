@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ...core.geometry.mesh import is_watertight, vertex_components
+from ...core.reference.budget import MAX_TRIANGLES, is_capped
 from ...io.files import output_folder
 from ...io.ply import write_ply
 from ...io.report import GroupReport
@@ -22,6 +25,7 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
     reasons : why each group begins where it does.
     """
     output_folder(context.output / "reference")
+    _warn_of_cap(context)
     for group in references.groups:
         entry = replace(_group_report(context, references, group), reason=reasons[group.index])
         write_ply(context.claim(entry.reference), references.meshes[group.index].mesh)
@@ -58,6 +62,13 @@ def _group_report(context: Context, references: References, group: FrameGroup) -
         frame_iou_after=tuple(after),
         left_out=tuple(left_out),
     )
+
+
+def _warn_of_cap(context: Context) -> None:
+    counts = context.frames.counts
+    if is_capped(context.settings.reference.triangles, counts):
+        usual = f"the frames have about {int(np.median(counts)):,} triangles"
+        context.warn(f"{usual}, the reference meshes at most {MAX_TRIANGLES:,} to spare memory; --triangles sets another number")
 
 
 def _warn_of_left_out(context: Context, entry: GroupReport) -> None:

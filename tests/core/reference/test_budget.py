@@ -3,7 +3,7 @@
 import pytest
 
 from refmesh_addon.core.geometry.mesh import triangle_areas
-from refmesh_addon.core.reference.budget import MIN_TRIANGLES, triangle_budget
+from refmesh_addon.core.reference.budget import MAX_TRIANGLES, MIN_TRIANGLES, is_capped, triangle_budget
 from refmesh_addon.core.surfacing.reconstruction import DEPTHS, reconstruction_depth
 
 from ..shapes import ball, box, moved, torus
@@ -30,7 +30,15 @@ def test_depth_leaves_more_cells_on_the_surface_than_the_budget_but_not_many_mor
 
 
 @pytest.mark.parametrize(
-    "requested, captured, expected", [(0, [30_000, 50_000, 40_000], 40_000), (0, [600], MIN_TRIANGLES), (600, [9], 600)]
+    "requested, captured, expected, capped",
+    [
+        (0, [30_000, 50_000, 40_000], 40_000, False),
+        (0, [600], MIN_TRIANGLES, False),
+        (600, [9], 600, False),
+        (0, [630_000], MAX_TRIANGLES, True),
+        (630_000, [630_000], 630_000, False),
+    ],
 )
-def test_triangles_are_as_many_as_requested_for_or_as_captured_but_enough_to_fit(requested, captured, expected):
+def test_triangles_are_as_many_as_requested_or_as_captured_but_enough_to_fit(requested, captured, expected, capped):
     assert triangle_budget(requested, captured) == expected
+    assert is_capped(requested, captured) == capped
