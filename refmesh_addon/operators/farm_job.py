@@ -19,7 +19,7 @@ class REFMESH_OT_export_job(JobOperator, bpy.types.Operator):
     bl_label = "Export Job"
     until = "color"
     __annotations__ = {
-        "format": EnumProperty(name="Format", items=FORMATS, options={"SKIP_SAVE"}),
+        "format": EnumProperty(name="Format", description="What the render farm reads", items=FORMATS, options={"SKIP_SAVE"}),
         "directory": StringProperty(name="Folder", description="Where to write the job", subtype="DIR_PATH", options={"SKIP_SAVE"}),
         "scene_command": StringProperty(
             name="Scene Command",
