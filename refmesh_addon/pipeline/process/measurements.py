@@ -22,7 +22,7 @@ MOST = 200  # entries that are kept
 def stage_times(spec: JobSpec) -> dict[str, StageTime]:
     """Of each stage of a job: as measured with its settings, else with other settings, else a rough share of a whole job."""
     known = _read()
-    return {stage: _stage_time(known, stage, spec) for stage in spec.stages}
+    return {stage: _stage_time(known, stage, spec) for stage in spec.timed_stages}
 
 
 def remember(spec: JobSpec, stage: str, taken: StageTime) -> None:

@@ -44,6 +44,12 @@ class JobSpec:
         """The stages to run, in order."""
         return (CHECK,) if self.until == CHECK else STAGES[: STAGES.index(self.until) + 1]
 
+    @property
+    def timed_stages(self) -> tuple[str, ...]:
+        """Those that take time: a job that ends with the deformation also measures it, to see how long one mesh serves."""
+        reviewed = self.settings.reference.segments == "long" and self.stages[-1] == DEFORMATION
+        return (*self.stages, EVALUATION) if reviewed else self.stages
+
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""
         plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings", "notes", "scheduler")}

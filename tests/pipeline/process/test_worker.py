@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+from dataclasses import replace
 
 import pytest
 
@@ -86,6 +87,17 @@ def test_a_worker_stops_when_told_and_when_its_parent_is_gone(job_file, stdin):
     code, events, _ = run_worker(job_file(), stdin=stdin)
     assert events[-1].kind == "cancelled"
     assert code == 1
+
+
+def test_a_job_that_ends_with_the_deformation_tells_progress_while_it_reviews_its_meshes(job_file, tmp_path):
+    path = job_file(until="deformation")
+    spec = JobSpec.from_json(path.read_text())
+    long = replace(spec.settings.reference, segments="long")
+    path.write_text(replace(spec, settings=replace(spec.settings, reference=long)).to_json())
+    code, events, errors = run_worker(path)
+    assert (code, events[-1].kind) == (0, "done"), (events[-1], errors)
+    assert "evaluation" in {event.stage for event in events}
+    assert (tmp_path / "out" / "deformed").is_dir()
 
 
 def test_a_wrong_input_is_one_line_and_makes_no_folder(job_file, tmp_path):
