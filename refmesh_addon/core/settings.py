@@ -19,6 +19,15 @@ SIZES = ("512", "1024", "2048", "4096", "8192")  # of textures
 class TrackingSettings(StageSettings):
     """Volume tracking: centers that follow the inside of the body through the sequence."""
 
+    surface: str = option(
+        "auto",
+        "What the capture is: bodies, or the surface that one camera, a phone or a partial scan sees, which has no inside of its own",
+        choices={
+            "auto": "Decided from the surface of all frames",
+            "closed": "Bodies; holes are closed by a guess",
+            "open": "Surfaces that end: the result ends where the capture does, and parts that a frame does not show can be hidden",
+        },
+    )
     centers: int = option(
         1000,
         "Points, called centers, that follow the volume; more of them reach thinner parts such as fingers and cost time",

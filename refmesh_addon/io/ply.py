@@ -28,20 +28,26 @@ class _Columns(NamedTuple):
 POSITION = _Columns(("x", "y", "z"), "double", "<f8")  # single precision is too coarse far from the origin
 COLOR = _Columns(("red", "green", "blue", "alpha"), "uchar", "u1")
 VELOCITY = _Columns(("vx", "vy", "vz"), "float", "<f4")
+VISIBILITY = _Columns(("visibility",), "float", "<f4")
 FACE = np.dtype([("corners", "u1"), ("indices", "<i4", 3)])
 FACE_PROPERTY = "property list uchar int vertex_indices"
 FORMAT, END = "format binary_little_endian 1.0", b"end_header\n"
-DTYPES = {columns.ply_type: columns.dtype for columns in (POSITION, COLOR, VELOCITY)}
+DTYPES = {columns.ply_type: columns.dtype for columns in (POSITION, COLOR, VELOCITY, VISIBILITY)}
 
 
 def write_ply(
-    path: str | Path, mesh: TriangleMesh, colors: np.ndarray | None = None, velocities: np.ndarray | None = None, comment: str = ""
+    path: str | Path,
+    mesh: TriangleMesh,
+    colors: np.ndarray | None = None,
+    velocities: np.ndarray | None = None,
+    comment: str = "",
+    visibility: np.ndarray | None = None,
 ) -> None:
     """Writes vertices and triangles in their order; the same mesh gives the same bytes.
 
     colors : (V, 4) uint8, red, green, blue and alpha of each vertex.
     velocities : (V, 3), scene units per frame, stored as float32 vx, vy and vz.
-    comment : one line for the header.
+    comment : one line for the header.  visibility : (V,) 0 to 1, stored as a float32 property of that name.
     Raises RefMeshError when the file cannot be written.
     """
     count = len(mesh.vertices)
@@ -49,9 +55,12 @@ def write_ply(
         raise ValueError(f"colors must be ({count}, 4) uint8; got {colors.shape} {colors.dtype}")
     if velocities is not None and velocities.shape != (count, 3):
         raise ValueError(f"velocities must be ({count}, 3); got {velocities.shape}")
-    table = [(POSITION, mesh.vertices), (COLOR, colors), (VELOCITY, velocities)]
+    if visibility is not None and visibility.shape != (count,):
+        raise ValueError(f"visibility must be ({count},); got {visibility.shape}")
+    column = None if visibility is None else visibility[:, None]
+    table = [(POSITION, mesh.vertices), (COLOR, colors), (VELOCITY, velocities), (VISIBILITY, column)]
     stored = [(columns, values) for columns, values in table if values is not None]
-    rows = np.empty(count, dtype=[(columns.names[0], columns.dtype, len(columns.names)) for columns, _ in stored])
+    rows = np.empty(count, dtype=[(columns.names[0], columns.dtype, (len(columns.names),)) for columns, _ in stored])
     for columns, values in stored:
         rows[columns.names[0]] = values
     faces = np.empty(len(mesh.triangles), dtype=FACE)
@@ -70,6 +79,11 @@ def read_colors(path: str | Path) -> np.ndarray:
 def read_velocities(path: str | Path) -> np.ndarray:
     """(V, 3) float32, scene units per frame. Raises RefMeshError when the file is missing, truncated, or has no velocities."""
     return _read_columns(path, VELOCITY, "velocities", "run the Deform step")
+
+
+def read_visibility(path: str | Path) -> np.ndarray:
+    """(V,) float32, 0 to 1. Raises RefMeshError when the file is missing, truncated, or has no visibility, as frames of closed takes."""
+    return _read_columns(path, VISIBILITY, "visibility", "run the Deform step on an open take").reshape(-1)
 
 
 def read_surface(path: str | Path) -> TriangleMesh:

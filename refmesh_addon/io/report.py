@@ -72,6 +72,7 @@ class FrameReport:
     held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : dB.
+    kept : share of the captured surface that was kept, border : distances between borders, both of open takes only.
     texture, texture_mask : paths of the frame's picture and of the mask of what it shows of the capture; colored : path of the mesh with
     vertex colors; gain : of the exposure, per channel.  filled : share of the texels that other frames have filled.
     color_psnr, color_ssim : of unlit pictures against the source, dB; picture_psnr, picture_ssim : with outlines and background.
@@ -100,6 +101,8 @@ class FrameReport:
     picture_psnr: float | None = None
     picture_ssim: float | None = None
     capped: float | None = None
+    kept: float | None = None
+    border: Distances | None = None
 
 
 @dataclass(frozen=True)
@@ -124,6 +127,7 @@ class Report:
 
     seconds : stage -> time it took.  bbox_diagonal : of the whole sequence, scene units.  offset : what is missing
     in the positions of playback files, which are in single precision; all others are in the coordinates of the input.
+    surface : what kind of capture the take is: closed, layer or open.
     tracking : figures of the volume tracking.  centers_playback : path relative to the output folder.
     far_places : the worst first.
     """
@@ -133,6 +137,7 @@ class Report:
     settings: Settings
     bbox_diagonal: float = 0.0
     offset: tuple[float, ...] = (0.0, 0.0, 0.0)
+    surface: str = "closed"
     centers_playback: str | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     tracking: dict[str, object] = field(default_factory=dict)
@@ -152,6 +157,7 @@ class Report:
             "seconds": {stage: round(seconds, 3) for stage, seconds in self.seconds.items()},
             "bbox_diagonal": self.bbox_diagonal,
             "offset": list(self.offset),
+            "surface": self.surface,
             "centers_playback": self.centers_playback,
             "tracking": self.tracking,
             "groups": [_without_none(group) for group in self.groups],

@@ -8,7 +8,7 @@ from .layout import SequencePanel
 
 # Shown at once; every other setting of a stage is in its Advanced part.
 FIRST = {
-    "tracking": ("centers", "resolution"),
+    "tracking": ("surface", "centers", "resolution"),
     "reference": ("segments", "segment_frames", "group_size", "triangles"),
     "deformation": ("fit_rounds", "smoothness"),
     "color": ("texture", "exposure", "texture_format"),

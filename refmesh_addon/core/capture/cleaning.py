@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..geometry.borders import boundary_edges
 from ..geometry.holes import capped
-from ..geometry.mesh import merged, signed_volume, triangle_areas
+from ..geometry.mesh import area_vectors, merged, signed_volume, triangle_areas
 from ..types import TriangleMesh
-from .openness import capped_share, compactness
+from .openness import LARGEST_CAPPED, capped_share, compactness
 from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .seams import stitched
+from .sheet_orientation import turned_pieces
 
 
 @dataclass(frozen=True)
@@ -18,7 +21,7 @@ class MeshStatistics:
     """vertices : of the mesh as it came.  diagonal : of the bounding box, scene units.
     volume : enclosed with holes capped, scene units cubed.  open_edges : edges with a triangle on one side only.
     inward : share of the area that faced inward.  capped : share of the closed surface that caps holes.
-    compactness : of the closed surface, see `openness`.
+    compactness : of the closed surface, see `openness`.  area : of the surface, scene units squared.
     """
 
     vertices: int
@@ -28,14 +31,20 @@ class MeshStatistics:
     inward: float
     capped: float
     compactness: float
+    area: float
 
 
 @dataclass(frozen=True)
 class CapturedFrame:
-    """mesh : seams closed, oriented outward.  inside_out : whether a body was inside out.  statistics : of the mesh as it came."""
+    """mesh : seams closed, oriented outward; an open one as most of its area faced in the file.
+    inside_out : whether a body was inside out.
+    facing : (3,) mean of its normals by area: the side that it is seen from, near zero for what is closed.
+    statistics : of the mesh as it came.
+    """
 
     mesh: TriangleMesh
     inside_out: bool
+    facing: np.ndarray
     statistics: MeshStatistics
 
 
@@ -44,7 +53,8 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
     whole = stitched(merged(mesh)[0])
     patches = flipped_patches(whole)
     consistent = reoriented(whole, patches)
-    bodies = inside_out_bodies(consistent)
+    is_open = capped_share(consistent, capped(consistent)) > LARGEST_CAPPED
+    bodies = turned_pieces(consistent) if is_open else inside_out_bodies(consistent)
     outward = reoriented(consistent, bodies)
     areas, closed = triangle_areas(whole), capped(outward)
     volume = signed_volume(closed)
@@ -56,5 +66,7 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
         inward=float(areas[patches ^ bodies].sum() / areas.sum()),
         capped=capped_share(outward, closed),
         compactness=compactness(closed, volume),
+        area=float(areas.sum()),
     )
-    return CapturedFrame(outward, bool(bodies.any()), statistics)
+    facing = area_vectors(outward).sum(axis=0) / areas.sum()
+    return CapturedFrame(outward, bool(bodies.any()) and not is_open, facing, statistics)

@@ -26,7 +26,7 @@ class FrameStatistics:
     """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
-    vertices, diagonal, volume, open_edges, inward, capped, compactness : see `MeshStatistics`.
+    vertices, diagonal, volume, open_edges, inward, capped, compactness, area : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
     omitted_faces : faces of the file that have fewer than three corners.
     """
@@ -41,6 +41,7 @@ class FrameStatistics:
     inward: float = 0.0
     capped: float = 0.0
     compactness: float = 1.0
+    area: float = 0.0
     missing_textures: tuple[str, ...] = ()
     omitted_faces: int = 0
 

@@ -1,6 +1,12 @@
-"""Takes without volume: open sheets, and bodies of which one side was captured."""
+"""What kind of surface a capture is: closed bodies, thin closed layers, or open sheets, such as the view of one camera.
+
+Decided from the surface alone, and once for a take: frames near a limit must not be treated in two ways.
+"""
 
 from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +31,36 @@ def capped_share(mesh: TriangleMesh, closed: TriangleMesh) -> float:
 def compactness(closed: TriangleMesh, volume: float) -> float:
     """Isoperimetric quotient of a closed mesh, 1 for a ball, 0 for a sheet; volume : that it encloses, scene units cubed."""
     return float(36 * np.pi * volume**2 / triangle_areas(closed).sum() ** 3)
+
+
+# From the most to the least complete. A layer is what fusing the depth of one camera leaves: closed, but with a back that nothing showed.
+CLOSED, LAYER, OPEN = KINDS = ("closed", "layer", "open")
+DESCRIPTIONS = {
+    CLOSED: "closed bodies",
+    LAYER: "thin closed layers, as fused from the depth of one camera: each is followed as a sheet with two sides",
+    OPEN: "open surfaces, as one camera or a phone sees them: a shell behind them is followed, and the result stays open",
+}
+
+
+def surface_kind(capped_share: float, compactness: float) -> str:
+    """One of KINDS for a frame."""
+    if capped_share > LARGEST_CAPPED:
+        return OPEN
+    return LAYER if compactness < LEAST_COMPACT else CLOSED
+
+
+def take_kind(kinds: Sequence[str], requested: str = "auto") -> str:
+    """One of KINDS for a whole take: that of most frames, the more complete one where two are as frequent.
+
+    kinds : of its frames.  requested : "auto"; "closed", or "open" for what is not closed in most frames, a layer where it is one.
+    """
+    if requested == CLOSED:
+        return CLOSED
+    counts = Counter(kinds)
+    usual = max(KINDS, key=lambda kind: counts[kind])
+    if requested == OPEN and usual == CLOSED:
+        return OPEN
+    return usual
 
 
 def openness(capped_share: float, compactness: float) -> str:

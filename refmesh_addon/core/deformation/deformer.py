@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import mean_edge_length
-from ..geometry.winding import enclosed_by
+from ..geometry.winding import enclosed_by, nothing_enclosed_by
 from ..latest import latest_only
 from ..reference.group import GroupCenters
 from ..reference.mapping import FrameMap
@@ -37,6 +37,7 @@ class GroupReference(Keyed):
 
     mesh : the reference mesh of a group.  centers : what the frames of the group share.
     mapping : how frames were carried to the reference positions, "affinity" or "rbf"; the mesh goes back in the same way.
+    is_open : whether frames enclose nothing, so that no point lies inside of them.
     """
 
     key: str
@@ -44,6 +45,7 @@ class GroupReference(Keyed):
     centers: GroupCenters
     settings: DeformationSettings
     mapping: str = "affinity"
+    is_open: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class ReferenceDeformer:
 
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping
+        self._enclosed_by = nothing_enclosed_by if reference.is_open else enclosed_by
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
@@ -91,7 +94,7 @@ class ReferenceDeformer:
         start, rotations, owners = carrier.to(centers).vertices, carrier.rotations_to(centers), carrier.binding.owners
         handles, goals = self._matched(start, rotations, mesh)
         posed = self._posed(handles, goals, start)
-        source, enclosed = SurfaceIndex(mesh), enclosed_by(mesh)
+        source, enclosed = SurfaceIndex(mesh), self._enclosed_by(mesh)
         compatible = self._compatible_pairs(owners, possible_owners(mesh, centers, self._group.spacing))
         correspondence = Correspondence(source, self._sampler, compatible, enclosed)
         fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds)

@@ -33,6 +33,8 @@ class TwoSidedDistance:
     visible_to_source : deformed_to_source without the points that no camera saw, in contacts and over holes of the source.
     unseen : share of the deformed surface that visible_to_source leaves out.
     d1_psnr, d2_psnr : point-to-point and point-to-plane, dB.
+    Of open takes only, where visible_to_source is from what the frame shows: kept : share of the captured surface that source distances
+    are measured from.  border : both ways between the borders of what was kept and of what is shown; None where there are none.
     """
 
     source_to_deformed: Distances
@@ -41,3 +43,5 @@ class TwoSidedDistance:
     unseen: float
     d1_psnr: float
     d2_psnr: float
+    kept: float | None = None
+    border: Distances | None = None

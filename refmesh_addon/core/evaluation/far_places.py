@@ -52,6 +52,11 @@ def missing_places(source: SurfaceIndex, deformed: SurfaceIndex) -> FarPlaces:
     return _parts(mesh, shares, np.flatnonzero(shares > FAR))
 
 
+def places_among(mesh: TriangleMesh, shares: np.ndarray, chosen: np.ndarray) -> FarPlaces:
+    """Where vertices are far, of those marked in (V,) bool `chosen`.  shares : (V,) distances, shares of the diagonal."""
+    return _parts(mesh, shares, np.flatnonzero(chosen & (shares > FAR)))
+
+
 def no_places() -> FarPlaces:
     """None at all."""
     return FarPlaces(np.zeros(0), np.zeros((0, 3)), np.zeros(0))

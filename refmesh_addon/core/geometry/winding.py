@@ -45,6 +45,11 @@ class Winding:
         return (points - self._origin) @ self._frame
 
 
+def nothing_enclosed_by(mesh: TriangleMesh) -> Enclosed:
+    """The same test for an open surface, which has no inside."""
+    return lambda points: np.zeros(len(points), dtype=bool)
+
+
 def enclosed_by(mesh: TriangleMesh) -> Enclosed:
     """A test whether points lie inside a capture with its holes capped. Inside-out parts enclose as well."""
     winding = Winding(capped(merged(mesh)[0]))

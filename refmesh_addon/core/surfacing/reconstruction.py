@@ -25,7 +25,7 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
     """
     side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if side > 0:
-        cell = PADDING * side / 2**depth
+        cell = cell_size(points, depth)
         grid, values = solve_screened_poisson(points, normals, cell)
         surface = zero_surface(grid, values)
         if len(surface.triangles):
@@ -33,6 +33,11 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray, depth: int) -> Tri
             if len(surface.triangles):
                 return surface
     raise RefMeshError("the surface reconstruction came out empty: use more centers or a smaller --group-size")
+
+
+def cell_size(points: np.ndarray, depth: int) -> float:
+    """Side of a cell of the reconstruction of (P, 3) points at this depth, scene units."""
+    return PADDING * float(np.ptp(points, axis=0).max()) / 2**depth
 
 
 def reconstruction_depth(surface: TriangleMesh, triangles: int) -> int:

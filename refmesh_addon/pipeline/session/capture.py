@@ -23,7 +23,7 @@ from .cached_map import WorkUnit, cached_map
 from .session import Session
 from .stage_share import StageShare
 
-FRAME_SCHEMA = 7
+FRAME_SCHEMA = 8
 
 
 @dataclass(frozen=True)

@@ -67,10 +67,11 @@ class Context(Session):
             warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
         cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
         session = Session(output, cache, workers, notify, part=part)
-        frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report)
+        frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report, spec.settings.tracking.surface)
         if workers.fit_memory(task_bytes(max(frames.counts))):
             # Not for the report, which is the same on every machine.
             warn(f"only {workers.count} processes work at a time, as more would not fit the memory")
+        report.surface = frames.kind
         report.bbox_diagonal, report.offset = frames.diagonal, tuple(frames.offset.tolist())
         return cls(output, cache, workers, notify, frames, spec.settings, report, warn_and_report, part=part)
 

@@ -9,18 +9,21 @@ from pathlib import Path
 import numpy as np
 
 from ...core.capture.floaters import without_floaters
-from ...core.capture.openness import openness
+from ...core.capture.open_take import open_take
+from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
 from ...core.errors import RefMeshError
 from ...core.geometry.storage_offset import storage_offset
-from ...core.surfacing.hole_caps import smoothly_capped
+from ...core.surfacing.hole_caps import CappedMesh, smoothly_capped
 from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
 from ...io.sequence import Sequence
+from .cache import digest
 from .capture import CapturedSequence, capture_sequence
 from .session import Session
 from .stage_share import StageShare
 
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbor and the anchor; a long take never fills the memory
+OPEN_SCHEMA = 1  # of how the surfaces of open takes are cleaned and given a volume
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
 
@@ -29,27 +32,34 @@ class Frames:
 
     mesh(index) : as captured.  surface(index) : the same without floaters, what is followed and fitted.
     capped(index) : the surface with its holes capped, and which triangles cap them.  body(index) : the mesh of it, which encloses a volume.
+    kind : of the take, one of `openness.KINDS`.  take : what its frames have in common where it is not closed, None where it is: the
+    surface is then without what depth cameras add to it, and the body is a layer or a shell, of which all else counts as a cap.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
     corners.  diagonals : (F,) of the boxes, scene units.  statistics : of each frame as it came.
     Raises RefMeshError, naming the file, for a frame that is not of the size of the others.
     """
 
-    def __init__(self, sequence: Sequence, captured: CapturedSequence):
+    def __init__(self, sequence: Sequence, captured: CapturedSequence, requested: str = "auto"):
         self.sequence, self._files = sequence, captured.files
         self.keys = [captured.keys[index] for index in range(len(sequence.frames))]
-        self.counts, self.inside_out, self.statistics, boxes = [], [], [], []
+        self.counts, self.inside_out, self.statistics, facts, boxes = [], [], [], [], []
         for file in captured.files.values():
             frame = file.captured
             self.counts.append(len(frame.mesh.triangles))
             self.inside_out.append(frame.inside_out)
             self.statistics.append(frame.statistics)
+            facts.append((frame.facing, frame.statistics))
             boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
-        self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: without_floaters(self.mesh(index)))
-        self.capped = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: smoothly_capped(self.surface(index)))
+        self.kind = take_kind([surface_kind(one.capped, one.compactness) for one in self.statistics], requested)
+        self.take = open_take(self.kind, facts) if self.kind != CLOSED else None
+        if self.take is not None:
+            self.keys = [digest(OPEN_SCHEMA, key, self.take.facts_of(index)) for index, key in enumerate(self.keys)]
+        self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._surface)
+        self.capped = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._capped)
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -72,6 +82,16 @@ class Frames:
         """The file of a frame."""
         return self.sequence.frames[index].path
 
+    def _surface(self, index: int) -> TriangleMesh:
+        return self.take.surface(self.mesh(index), index) if self.take else without_floaters(self.mesh(index))
+
+    def _capped(self, index: int) -> CappedMesh:
+        surface = self.surface(index)
+        if self.take is None:
+            return smoothly_capped(surface)
+        body = self.take.body(surface, index)
+        return CappedMesh(body, np.where(np.arange(len(body.triangles)) < len(surface.triangles), -1, 0).astype(np.int32))
+
     def _load(self, index: int) -> TriangleMesh:
         try:
             return self._files[index].captured.mesh
@@ -89,6 +109,30 @@ class Frames:
             )
 
 
+def read_frames(session: Session, sequence: Sequence, share: StageShare, warn: Callable[[str], None], requested: str = "auto") -> Frames:
+    """The frames of a sequence; warns of those that were inside out, and says once what kind of capture it is unless it is closed.
+
+    requested : the setting `surface`. Raises RefMeshError for a frame that cannot be used.
+    """
+    frames = Frames(sequence, capture_sequence(session, sequence, share), requested)
+    _warn_of_inside_out(frames, warn)
+    if frames.take is None:
+        _warn_of_open_frames(frames, warn)
+    else:
+        warn(f"{sequence.name}: the take shows {DESCRIPTIONS[frames.kind]} (--surface {requested})")
+    return frames
+
+
+def _warn_of_inside_out(frames: Frames, warn: Callable[[str], None]) -> None:
+    """One warning for all frames with a body that is inside out; with the file where it is one."""
+    inside_out = [index for index, turned in enumerate(frames.inside_out) if turned]
+    if len(inside_out) == 1:
+        warn(f"{frames.path(inside_out[0])}: a body is inside out; its triangles are flipped")
+    elif inside_out:
+        numbers = format_ranges(frames.sequence.numbers[index] for index in inside_out)
+        warn(f"{frames.sequence.name}: a body is inside out in frames {numbers}; its triangles are flipped")
+
+
 def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
     """One warning for all frames without volume, at the worst."""
     numbers = frames.sequence.numbers
@@ -98,13 +142,3 @@ def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
         reason = openness(frames.statistics[worst].capped, frames.statistics[worst].compactness)
         ranges = format_ranges(numbers[index] for index in open_frames)
         warn(f"frame {numbers[worst]}: {reason} (of {len(numbers)} frames this holds for {len(open_frames)}: {ranges})")
-
-
-def read_frames(session: Session, sequence: Sequence, share: StageShare, warn: Callable[[str], None]) -> Frames:
-    """The frames of a sequence; warns of those that were inside out. Raises RefMeshError for a frame that cannot be used."""
-    frames = Frames(sequence, capture_sequence(session, sequence, share))
-    for frame, inside_out in zip(sequence.frames, frames.inside_out, strict=True):
-        if inside_out:
-            warn(f"{frame.path}: a body is inside out; its triangles are flipped")
-    _warn_of_open_frames(frames, warn)
-    return frames

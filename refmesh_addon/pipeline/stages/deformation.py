@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from ...core.capture.openness import OPEN
 from ...core.deformation.deformer import DeformedFrame, GroupReference, deform_reference
 from ...core.deformation.facing import Facing
 from ...core.deformation.fold_free_moves import moved_without_folds
@@ -146,7 +147,9 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
 
     def arguments() -> tuple:
         mesh, centers = references.meshes[group.index].mesh, references.centers[group.index]
-        shared = GroupReference(group.key, mesh, centers, settings, context.settings.reference.mapping)
+        shared = GroupReference(
+            group.key, mesh, centers, settings, context.settings.reference.mapping, is_open=context.frames.kind == OPEN
+        )
         targets = references.aligned[group.index, frame].targets
         return shared, targets, context.frames.surface(frame), tracking.centers_in((group.frames[0], frame))[1]
 

@@ -19,6 +19,7 @@ from ..session.cache import KEY_LENGTH
 from ..session.context import Context
 from .deformation import DeformedSequence, SmoothedFrame
 from .groups import FrameGroup
+from .visibility import visible_vertices
 
 # Kinds of places at which a frame and its source are far apart, as fields of `MeasuredFrame`.
 KINDS = {"extra": ("deformed surface", "the source"), "missing": ("source", "the deformed surface")}
@@ -47,6 +48,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
     measured : by index of the frame.
     """
     output_folder(context.output / DEFORMED_FOLDER)
+    visible = visible_vertices(context, deformed)
     for group in deformed.groups:
         rest = RestShape(deformed.references[group.index].mesh)
         for row, frame in enumerate(group.frames):
@@ -58,7 +60,8 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
                 colors = error_colors(measured[frame].errors)
                 for kind in KINDS:
                     context.report.far_places += _reported(entry.number, kind, getattr(measured[frame], kind))
-            write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities)
+            visibility = visible[frame].visibility if visible else None
+            write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities, visibility=visibility)
             context.report.frames.append(entry)
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
     context.report.far_places.sort(key=lambda place: -place.distance)

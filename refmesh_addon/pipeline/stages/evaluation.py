@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 
+from ...core.capture.openness import OPEN
 from ...core.evaluation.metrics import MeasuredFrame, measure
+from ...core.evaluation.open_metrics import measure_open
+from ...core.evaluation.shown_surface import VisibleVertices
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
@@ -13,8 +16,10 @@ from ..session.job import EVALUATION
 from ..session.stage_share import StageShare
 from .deformation import DeformedSequence
 from .groups import FrameGroup
+from .visibility import VISIBILITY_SCHEMA, visible_vertices
 
 EVALUATION_SCHEMA = 6
+OPEN_EVALUATION_SCHEMA = 3
 # Parts of the stage's time, roughly.
 FRAMES = StageShare(EVALUATION, 0.0, 0.85)
 HANDOVERS = StageShare(EVALUATION, 0.85, 1.0)
@@ -32,8 +37,13 @@ def evaluate(context: Context, deformed: DeformedSequence) -> Mapping[int, Measu
 
 def measure_frames(context: Context, deformed: DeformedSequence) -> Mapping[int, MeasuredFrame]:
     """The distances of all frames, by index."""
-    units = {frame: _frame_unit(context, deformed, group, frame) for group in deformed.groups for frame in group.frames}
-    return cached_map(context, measure, units, MeasuredFrame, FRAMES)
+    pairs = [(group, frame) for group in deformed.groups for frame in group.frames]
+    if context.frames.take is None:
+        units = {frame: _frame_unit(context, deformed, group, frame) for group, frame in pairs}
+        return cached_map(context, measure, units, MeasuredFrame, FRAMES)
+    visible = visible_vertices(context, deformed)
+    units = {frame: _open_unit(context, deformed, group, frame, visible) for group, frame in pairs}
+    return cached_map(context, measure_open, units, MeasuredFrame, FRAMES)
 
 
 def _frame_unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
@@ -41,6 +51,19 @@ def _frame_unit(context: Context, deformed: DeformedSequence, group: FrameGroup,
     key = digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], group.key, number)
     arguments = lambda: (context.frames.mesh(frame), deformed.mesh(group, frame), settings.samples)
     return WorkUnit(f"{group.folder}evaluation/frame_{number:04d}", key, arguments, number)
+
+
+def _open_unit(
+    context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int, visible: Mapping[int, VisibleVertices]
+) -> WorkUnit:
+    unit, frames = _frame_unit(context, deformed, group, frame), context.frames
+    key = digest(OPEN_EVALUATION_SCHEMA, VISIBILITY_SCHEMA, unit.key)
+
+    def arguments() -> tuple:
+        kept, samples = frames.surface(frame), context.settings.evaluation.samples
+        return frames.mesh(frame), kept, deformed.mesh(group, frame), visible[frame].visibility, samples, frames.kind == OPEN
+
+    return replace(unit, key=key, arguments=arguments)
 
 
 def _handover_unit(context: Context, deformed: DeformedSequence, group: FrameGroup) -> WorkUnit:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from ...core.capture.openness import OPEN
 from ...core.latest import latest_only
 from ...core.reference.alignment import AnchorFrame
 from ...core.reference.budget import MAX_TRIANGLES, is_capped, points_per_frame, triangle_budget
@@ -22,8 +23,8 @@ from ...core.reference.group import (
 )
 from ...core.reference.own_mesh import carried_to_reference
 from ...core.settings import ReferenceSettings
-from ...core.surfacing.hole_caps import CappedMesh
-from ...core.surfacing.reconstruction import reconstruction_depth
+from ...core.surfacing.hole_caps import CappedMesh, without_holes
+from ...core.surfacing.reconstruction import cell_size, reconstruction_depth
 from ...core.types import Keyed
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
@@ -31,6 +32,7 @@ from ..session.context import Context
 from ..session.job import REFERENCE
 from ..session.stage_share import StageShare
 from .groups import FrameGroup
+from .open_reference import MOST_SHARING, build_open_with, union_of
 from .own_mesh import own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
@@ -89,7 +91,8 @@ def make_references(context: Context, tracking: TrackingResult, grouped: Grouped
     """The reference mesh of each group."""
     aligned = align_groups(context, tracking, grouped)
     units, own = building_units(context, aligned), _carrying_units(context, tracking, aligned)
-    built = cached_map(context, build_with, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
+    build = build_with if context.frames.take is None else build_open_with
+    built = cached_map(context, build, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
     carried = cached_map(context, carried_to_reference, own, ReferenceMesh, BUILDING)
     return References(**vars(aligned), meshes=ChainMap(carried, built))  # type: ignore[arg-type]  # which never writes to them
 
@@ -145,6 +148,8 @@ def _anchor_frame(anchor: GroupAnchor) -> AnchorFrame:
 
 def counts_for_the_surface(context: Context, aligned: AlignedFrame) -> bool:
     """Whether a frame lies near enough to the anchor frame to count for the surface; the anchor frame itself always does."""
+    if context.frames.take is not None:  # the overlap of thin layers says little, and each frame may show what no other does
+        return True
     return aligned.iou_after >= context.settings.reference.least_overlap
 
 
@@ -162,9 +167,11 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
         own = centers[group.index]
         anchor = group.frames[own.anchor]
         anchor_centers, frame_centers = tracking.centers_in((anchor, frame))
-        shared = GroupAnchor(group.key, context.frames.capped(anchor), anchor_centers, own, context.settings.reference)
-        count = points_per_frame(_budget(context, group), len(group.frames))
-        return context.frames.capped(frame), frame_centers, shared, count
+        frames, take = context.frames, context.frames.take
+        anchored = frames.capped(anchor) if take is None else without_holes(frames.body(anchor))  # no hole of it is closed once for all
+        shared = GroupAnchor(group.key, anchored, anchor_centers, own, context.settings.reference)
+        count = points_per_frame(_budget(context, group), len(group.frames) if take is None else min(len(group.frames), MOST_SHARING))
+        return frames.capped(frame), frame_centers, shared, count
 
     number = context.numbers[frame]
     entry = f"reference/handover_{group.index:03d}" if frame == group.handover else f"reference/aligned_{number:04d}"
@@ -173,14 +180,18 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
 
 def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> WorkUnit:
     def arguments() -> tuple:
-        frames = [groups.aligned[group.index, frame] for frame in group.frames]
-        kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
         centers = groups.centers[group.index]
-        surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
-        points, normals = (np.concatenate([getattr(surface, name) for surface in surfaces]) for name in ("points", "normals"))
         anchor = context.frames.body(group.frames[centers.anchor])
         settings, triangles = context.settings.reference, _budget(context, group)
         depth = settings.poisson_depth or reconstruction_depth(anchor, triangles)
+        if context.frames.take is not None:
+            surfaces = (groups.aligned[group.index, frame].surface for frame in group.frames)
+            union = union_of(surfaces, cell_size(anchor.vertices, depth) / 2)
+            return settings.reconstruction, union, centers.spacing, triangles, depth, context.frames.kind == OPEN
+        frames = [groups.aligned[group.index, frame] for frame in group.frames]
+        kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
+        surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
+        points, normals = (np.concatenate([getattr(surface, name) for surface in surfaces]) for name in ("points", "normals"))
         return settings.reconstruction, points, normals, centers.spacing, triangles, depth
 
     return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)

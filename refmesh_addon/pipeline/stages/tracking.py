@@ -56,7 +56,8 @@ def _result(context: Context, keys: list[str], last: TrackedFrame) -> TrackingRe
     affinity = last.affinity
     report_tracking(context, frames, affinity.spacing)
     whole = TrackedRange(len(keys), affinity.spacing, keys[-1], affinity.weights)
-    return TrackingResult(frames.centers, (whole,), tuple(frames.volume_jumps()))
+    jumps = frames.volume_jumps() if context.frames.take is None else ()  # of an open take, more is seen at one time than at another
+    return TrackingResult(frames.centers, (whole,), tuple(jumps))
 
 
 def _tracked(context: Context, index: int, key: str) -> TrackedFrames:
@@ -71,7 +72,7 @@ def _tracked(context: Context, index: int, key: str) -> TrackedFrames:
 def _chained_keys(context: Context) -> list[str]:
     """Each frame's result depends on the settings of the forward pass and on all frames up to it."""
     settings = asdict(context.settings.tracking)
-    del settings["global_rounds"]
+    del settings["global_rounds"], settings["surface"]  # the keys of the frames depend on what kind of surface they are followed as
     key, keys = digest(TRACKING_SCHEMA, settings), []
     for frame_key in context.frames.keys:
         key = digest(key, frame_key)

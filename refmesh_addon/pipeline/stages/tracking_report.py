@@ -21,7 +21,7 @@ def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> 
     for name in ("dfu", "lloyd_energy", "arap_energy"):
         context.report.tracking[name] = getattr(frames, name).tolist()
     context.report.tracking["center_spacing"] = spacing
-    jumps = frames.volume_jumps()
+    jumps = frames.volume_jumps() if context.frames.take is None else {}
     for index, (number, outside) in enumerate(zip(context.numbers, frames.outside.tolist(), strict=True)):
         if index in jumps:
             _warn_of_jump(context, number, jumps[index])

@@ -1,0 +1,52 @@
+"""Which part of a deformed mesh a frame of an open take shows, from the two surfaces alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.borders import border_edges, on_border
+from ..geometry.closest_point import SurfaceIndex
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import mean_edge_length, triangle_normals, vertex_normals
+from ..geometry.vectors import row_dot
+from ..types import FrozenArrays, TriangleMesh
+
+# Distances from the source, in mean edges of the deformed mesh, up to which a vertex is shown, and from which on it is not.
+NEAR, FAR = 0.75, 1.5
+# The same beyond the border of the source, along the surface: borders fray by less than an edge.
+INSIDE, OUTSIDE = 0.25, 1.0
+FACING = 0.2  # least cosine between the normals of both: what is seen edge on is still seen
+BLENDING = 2  # steps in which the visibility blends over the surface
+SHOWN = 0.5  # visibility from which on a vertex counts as shown
+
+
+@dataclass(frozen=True)
+class VisibleVertices(FrozenArrays):
+    """visibility : (R,) float32 of each vertex, 0 where the frame does not show it to 1 where it does."""
+
+    visibility: np.ndarray
+
+
+def shown_vertices(deformed: TriangleMesh, source: TriangleMesh) -> VisibleVertices:
+    """How far each vertex of a deformed mesh lies on what a frame shows.
+
+    deformed : the reference in the frame.  source : the frame without what was left out of it.
+    """
+    closest = SurfaceIndex(source).query(deformed.vertices)
+    length = mean_edge_length(deformed)
+    alike = row_dot(vertex_normals(deformed), triangle_normals(source)[closest.triangles]) > FACING
+    beyond = on_border(source, border_edges(source), closest.triangles, closest.points)
+    near, far = np.where(beyond, INSIDE, NEAR), np.where(beyond, OUTSIDE, FAR)
+    visibility = np.clip((far - closest.distances / length) / (far - near), 0.0, 1.0) * alike
+    return VisibleVertices(_blended(deformed, visibility).astype(np.float32))
+
+
+def _blended(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
+    first, second = HalfEdges.of(mesh).edges.T
+    degree = np.bincount(first, minlength=len(values)) + np.bincount(second, minlength=len(values))
+    for _ in range(BLENDING):
+        around = np.bincount(first, values[second], len(values)) + np.bincount(second, values[first], len(values))
+        values = (values + around / np.maximum(degree, 1)) / 2
+    return values

@@ -1,0 +1,32 @@
+"""Which vertices each frame of an open take shows: one unit of work per frame, done after the deformation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...core.evaluation.shown_surface import VisibleVertices, shown_vertices
+from ..session.cache import digest
+from ..session.cached_map import WorkUnit, cached_map
+from ..session.context import Context
+from ..session.job import DEFORMATION
+from ..session.stage_share import StageShare
+from .deformation import DeformedSequence
+from .groups import FrameGroup
+
+VISIBILITY_SCHEMA = 2
+SHARE = StageShare(DEFORMATION, 0.98, 1.0)
+
+
+def visible_vertices(context: Context, deformed: DeformedSequence) -> Mapping[int, VisibleVertices]:
+    """Of each frame, by index; empty for a take of closed bodies."""
+    if context.frames.take is None:
+        return {}
+    units = {frame: _unit(context, deformed, group, frame) for group in deformed.groups for frame in group.frames}
+    return cached_map(context, shown_vertices, units, VisibleVertices, SHARE)
+
+
+def _unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
+    number = context.numbers[frame]
+    key = digest(VISIBILITY_SCHEMA, context.frames.keys[frame], group.key, number)
+    arguments = lambda: (deformed.mesh(group, frame), context.frames.surface(frame))
+    return WorkUnit(f"{group.folder}deformation/visibility_{number:04d}", key, arguments, number)

@@ -1,0 +1,87 @@
+"""Takes of one camera from their frames to the results."""
+
+import numpy as np
+import pytest
+
+from refmesh_addon.core.geometry.borders import boundary_edges
+from refmesh_addon.core.geometry.mesh import is_watertight, vertex_components
+from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.ply import read_surface, read_visibility, write_ply
+from sample_scenes.generators.depth_camera import DepthCamera
+from sample_scenes.generators.shapes import ball, capsule, union
+from sample_scenes.generators.surface import iso_surface
+
+from .running import finish, report
+
+OPEN_RUN = {"centers": 100, "resolution": 48, "triangles": 3000}
+CAMERA = DepthCamera((0.0, -1.0, 6.0), (0.0, 0.0, 0.0), width=70)
+
+
+def body(shift: float) -> TriangleMesh:
+    """A head with an ear, so that it shows how it moves."""
+    solid = union(ball((shift, 0, 0), 1.0), capsule((shift, 0.8, 0.3), (shift, 1.6, 0.3), 0.35))
+    return iso_surface(solid, np.zeros(3), 2.5, 0.15, np.random.default_rng(0))
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory):
+    """Three frames of one camera that sees the body pass."""
+    folder = tmp_path_factory.mktemp("one_camera")
+    for number in range(3):
+        write_ply(folder / f"take_{number}.ply", CAMERA.seen(body(0.1 * number), number))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(take, tmp_path_factory):
+    """Output folder of the run, and its warnings."""
+    output = tmp_path_factory.mktemp("out")
+    return output, finish(take, output, **OPEN_RUN)
+
+
+def test_the_kind_of_the_take_is_told_once(run):
+    output, warnings = run
+    assert sum("open surfaces" in line for line in warnings) == 1
+    assert not any("inside out" in line or "more volume" in line for line in warnings)
+    assert report(output)["surface"] == "open"
+
+
+def test_the_reference_mesh_is_open_and_in_one_piece_and_no_frame_is_left_out(run):
+    (group,) = report(run[0])["groups"]
+    mesh = read_surface(run[0] / group["reference"])
+    assert not group["watertight"] and len(boundary_edges(mesh)) and not group["left_out"]
+    assert vertex_components(mesh)[0] == 1
+
+
+def test_frames_are_close_to_what_was_kept_and_visible_vertices_to_the_source(run):
+    for frame in report(run[0])["frames"]:
+        assert 0.8 < frame["kept"] < 1.0
+        assert frame["source_to_deformed"]["mean"] < 0.003
+        assert frame["visible_to_source"]["max"] < 0.02 and frame["unseen"] < 0.3
+        assert frame["border"]["mean"] < 0.02
+        visibility = read_visibility(run[0] / frame["deformed"])
+        assert visibility.min() >= 0 and visibility.max() == 1 and visibility.mean() > 0.7
+
+
+def test_a_take_that_is_told_to_be_closed_gets_closed_meshes(take, tmp_path):
+    warnings = finish(take, tmp_path, surface="closed", **OPEN_RUN)
+    (group,) = report(tmp_path)["groups"]
+    assert report(tmp_path)["surface"] == "closed" and group["watertight"]
+    assert is_watertight(read_surface(tmp_path / group["reference"]))
+    assert sum("is a guess that closes it" in line for line in warnings) == 1
+    assert "kept" not in report(tmp_path)["frames"][0]
+
+
+def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_followed(tmp_path):
+    """A closed frame among open ones, and a camera that moves."""
+    source = tmp_path / "in"
+    source.mkdir()
+    cameras = [CAMERA, DepthCamera((1.5, -1.0, 5.8), (0.0, 0.0, 0.0), width=70), CAMERA]
+    meshes = [camera.seen(body(0.05 * number), number) for number, camera in enumerate(cameras)]
+    meshes.append(body(0.15))
+    for number, mesh in enumerate(meshes):
+        write_ply(source / f"take_{number}.ply", mesh)
+    finish(source, tmp_path / "out", **OPEN_RUN | {"group_size": 4})
+    frames = report(tmp_path / "out")["frames"]
+    assert len(frames) == 4 and report(tmp_path / "out")["surface"] == "open"
+    assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.03
