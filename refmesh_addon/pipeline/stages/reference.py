@@ -37,7 +37,7 @@ from .own_mesh import own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
 
-REFERENCE_SCHEMA = 10
+REFERENCE_SCHEMA = 11
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
