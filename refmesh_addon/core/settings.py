@@ -135,6 +135,15 @@ class ReferenceSettings(StageSettings):
         low=0.0,
         high=1.0,
     )
+    holes: str = option(
+        "closed",
+        "What becomes of the holes of bodies, such as soles that no camera saw",
+        choices={
+            "closed": "Each is closed by a smooth cap",
+            "open": "The mesh stays open there, as open captures do everywhere that they end",
+        },
+        titles={"closed": "Close Smoothly", "open": "Leave Open"},
+    )
     reconstruction: str = option(
         "builtin",
         "Which screened Poisson reconstruction makes the surface of the reference mesh",

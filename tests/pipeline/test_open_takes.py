@@ -85,3 +85,21 @@ def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_fo
     frames = report(tmp_path / "out")["frames"]
     assert len(frames) == 4 and report(tmp_path / "out")["surface"] == "open"
     assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.03
+
+
+def test_holes_of_bodies_are_closed_or_left_open_as_told(tmp_path):
+    source = tmp_path / "in"
+    source.mkdir()
+    for number in range(2):
+        whole = body(0.1 * number)
+        centers = whole.vertices[whole.triangles].mean(axis=1)
+        write_ply(source / f"take_{number}.ply", TriangleMesh(whole.vertices, whole.triangles[centers[:, 1] > -0.8]))
+    rims = {}
+    for holes in ("closed", "open"):
+        finish(source, tmp_path / holes, holes=holes, **OPEN_RUN)
+        (group,) = report(tmp_path / holes)["groups"]
+        mesh = read_surface(tmp_path / holes / group["reference"])
+        rims[holes] = mesh.vertices[np.unique(boundary_edges(mesh))]
+        assert report(tmp_path / holes)["surface"] == "closed" and group["watertight"] == (holes == "closed")
+        assert max(frame["source_to_deformed"]["mean"] for frame in report(tmp_path / holes)["frames"]) < 0.003
+    assert not len(rims["closed"]) and np.abs(rims["open"][:, 1] + 0.8).max() < 0.15

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..findings import SEVERITIES, Finding
-from .openness import LARGEST_CAPPED, openness
+from .openness import ADJECTIVES, CLOSED, DESCRIPTIONS, LARGEST_CAPPED, openness, surface_kind, take_kind
 
 LARGEST_SCALE_JUMP = 5.0  # ratio of a frame's bounding-box diagonal to the median beyond which the pipeline refuses it
 SCALE_JUMP = 1.5  # the same ratio to the frames around it, where bodies come and go
@@ -50,8 +50,8 @@ class FrameStatistics:
 Statistic = Callable[[FrameStatistics], float]
 
 
-def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> list[Finding]:
-    """Findings about a sequence, the most severe first, then by frame.  gaps : missing frame numbers.
+def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = (), surface: str = "auto") -> list[Finding]:
+    """Findings about a sequence, the most severe first, then by frame.  gaps : missing frame numbers.  surface : the setting.
 
     What most frames have in common is reported once, at the frame where it is worst.
     """
@@ -63,7 +63,7 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> lis
         *_scales(readable),
         *_jumps(readable, "vertex count", COUNT_JUMP, lambda frame: frame.vertices),
         *_jumps(readable, "volume", VOLUME_JUMP, lambda frame: abs(frame.volume)),
-        *_open(readable),
+        *_surface(readable, surface),
         *_notes(readable, "holes", lambda frame: frame.open_edges, "{:d} edges are open; holes are capped where volume counts"),
         *_notes(readable, "facing", _inward, "{:.0%} of the surface faces inward; it is flipped"),
         *_notes(readable, "faces", lambda frame: frame.omitted_faces, "{:d} degenerate faces with fewer than three corners are left out"),
@@ -71,6 +71,20 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = ()) -> lis
     ]
     order = list(SEVERITIES)
     return sorted(findings, key=lambda finding: (order.index(finding.severity), finding.frame))
+
+
+def _surface(frames: Sequence[FrameStatistics], requested: str) -> list[Finding]:
+    """What kind of capture the take is, once, and the frames that are of another kind; for closed takes, frames without volume."""
+    kinds = [surface_kind(frame.capped, frame.compactness) for frame in frames]
+    kind = take_kind(kinds, requested)
+    if kind == CLOSED:
+        return _open(frames)
+    first = frames[0].number if frames else 0
+    usual = f"the take shows {DESCRIPTIONS[kind]} ({kinds.count(kind)} of {len(frames)} frames are {ADJECTIVES[kind]})"
+    others = [(frame.number, ADJECTIVES[own]) for frame, own in zip(frames, kinds, strict=True) if own != kind]
+    return [Finding("surface", "note", first, usual)] + [
+        Finding("surface", "note", number, f"is {own}, unlike the take as a whole; it is treated as the others") for number, own in others
+    ]
 
 
 def _open(frames: Sequence[FrameStatistics]) -> list[Finding]:

@@ -41,6 +41,8 @@ DESCRIPTIONS = {
     OPEN: "open surfaces, as one camera or a phone sees them: a shell behind them is followed, and the result stays open",
 }
 
+ADJECTIVES = {CLOSED: "closed", LAYER: "thin layers", OPEN: "open"}
+
 
 def surface_kind(capped_share: float, compactness: float) -> str:
     """One of KINDS for a frame."""

@@ -18,7 +18,7 @@ NEAR, FAR = 0.75, 1.5
 # The same beyond the border of the source, along the surface: borders fray by less than an edge.
 INSIDE, OUTSIDE = 0.25, 1.0
 FACING = 0.2  # least cosine between the normals of both: what is seen edge on is still seen
-BLENDING = 2  # steps in which the visibility blends over the surface
+BLENDING = 2  # steps in which the visibility fades towards what is not shown; nothing gains by it
 SHOWN = 0.5  # visibility from which on a vertex counts as shown
 
 
@@ -40,7 +40,7 @@ def shown_vertices(deformed: TriangleMesh, source: TriangleMesh) -> VisibleVerti
     beyond = on_border(source, border_edges(source), closest.triangles, closest.points)
     near, far = np.where(beyond, INSIDE, NEAR), np.where(beyond, OUTSIDE, FAR)
     visibility = np.clip((far - closest.distances / length) / (far - near), 0.0, 1.0) * alike
-    return VisibleVertices(_blended(deformed, visibility).astype(np.float32))
+    return VisibleVertices(np.minimum(_blended(deformed, visibility), visibility).astype(np.float32))
 
 
 def _blended(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:

@@ -28,7 +28,7 @@ BAND_RATIO = 2.0  # of the bottoms of successive bands
 def unseen(deformed: SurfaceIndex, source: SurfaceIndex, samples: SampledSurface, closest: ClosestPoints) -> np.ndarray:
     """(N,) bool, whether a point of the deformed surface lies where the source has no surface: in a contact or over a hole.
 
-    samples : N points on the deformed mesh, which is closed.  closest : their closest points on the source.
+    samples : N points on the deformed mesh, closed but for holes left open.  closest : their closest points on the source.
     """
     whole = merged(source.mesh)[0]
     closed = capped(whole)
@@ -50,7 +50,7 @@ def in_contact(deformed: SurfaceIndex, samples: SampledSurface, depths: np.ndarr
     inner = np.flatnonzero(depths > 0)
     ahead = samples.points[inner] + OFFSET * deformed.mesh.diagonal * samples.normals[inner]
     result = _faced(deformed, samples, depths)
-    result[inner] |= Winding(deformed.mesh).of(ahead) > 0
+    result[inner] |= Winding(capped(deformed.mesh)).of(ahead) > 0
     rest = inner[~result[inner]]
     if result.any() and len(rest):
         result[rest] = cKDTree(samples.points[result]).query(samples.points[rest])[0] < depths[rest]

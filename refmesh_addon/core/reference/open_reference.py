@@ -31,14 +31,15 @@ def build_open_reference(
     reconstruct: Callable[[np.ndarray, np.ndarray, int], TriangleMesh],
     is_open: bool,
 ) -> ReferenceMesh:
-    """`build_reference` from the union of an open take.
+    """`build_reference` from the union of an open take, or from the points of bodies whose holes are left open.
 
-    is_open : whether what closes the frames is cut away again; a layer stays closed.  The other arguments as there.
+    triangles : before anything is cut away.  is_open : whether what closes the frames is cut away again; a layer stays closed.
+    The other arguments as there.
     Raises RefMeshError when nothing is left.
     """
     if not is_open:
         return build_reference(union.points, union.normals, spacing, triangles, depth, reconstruct)
-    closed = build_reference(union.points, union.normals, spacing, 2 * triangles, depth, reconstruct)
+    closed = build_reference(union.points, union.normals, spacing, triangles, depth, reconstruct)
     mesh = without_leftovers(cut_open(closed.mesh, union))
     if not len(mesh.triangles):
         raise RefMeshError("no part of the reference mesh lies near what the frames show: take more --centers or a smaller --group-size")

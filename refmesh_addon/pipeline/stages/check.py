@@ -33,7 +33,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
         _unreadable(frame, errors[index]) if index in errors else _statistics(frame, captured.files[index], captured.keys[index])
         for index, frame in enumerate(sequence.frames)
     ]
-    findings = diagnose(statistics, sequence.gaps)
+    findings = diagnose(statistics, sequence.gaps, spec.settings.tracking.surface)
     findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
     findings += [Finding("scene", "note", sequence.numbers[0], note) for note in spec.notes]
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])

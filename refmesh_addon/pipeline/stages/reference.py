@@ -22,6 +22,7 @@ from ...core.reference.group import (
     place_centers,
 )
 from ...core.reference.own_mesh import carried_to_reference
+from ...core.reference.union_points import UnionPoints
 from ...core.settings import ReferenceSettings
 from ...core.surfacing.hole_caps import CappedMesh, without_holes
 from ...core.surfacing.reconstruction import cell_size, reconstruction_depth
@@ -91,7 +92,7 @@ def make_references(context: Context, tracking: TrackingResult, grouped: Grouped
     """The reference mesh of each group."""
     aligned = align_groups(context, tracking, grouped)
     units, own = building_units(context, aligned), _carrying_units(context, tracking, aligned)
-    build = build_with if context.frames.take is None else build_open_with
+    build = build_with if context.frames.take is None and context.settings.reference.holes == "closed" else build_open_with
     built = cached_map(context, build, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
     carried = cached_map(context, carried_to_reference, own, ReferenceMesh, BUILDING)
     return References(**vars(aligned), meshes=ChainMap(carried, built))  # type: ignore[arg-type]  # which never writes to them
@@ -187,11 +188,14 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
         if context.frames.take is not None:
             surfaces = (groups.aligned[group.index, frame].surface for frame in group.frames)
             union = union_of(surfaces, cell_size(anchor.vertices, depth) / 2)
-            return settings.reconstruction, union, centers.spacing, triangles, depth, context.frames.kind == OPEN
+            is_open = context.frames.kind == OPEN  # half of a shell is cut away again
+            return settings.reconstruction, union, centers.spacing, 2 * triangles if is_open else triangles, depth, is_open
         frames = [groups.aligned[group.index, frame] for frame in group.frames]
         kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
         surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
-        points, normals = (np.concatenate([getattr(surface, name) for surface in surfaces]) for name in ("points", "normals"))
+        points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
+        if settings.holes == "open":
+            return settings.reconstruction, UnionPoints(points, normals, ~on_cap), centers.spacing, triangles, depth, True
         return settings.reconstruction, points, normals, centers.spacing, triangles, depth
 
     return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)

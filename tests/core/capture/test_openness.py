@@ -42,9 +42,18 @@ def test_a_thin_shell_is_said_to_be_like_a_sheet():
     assert "hardly any volume" in openness(statistics.capped, statistics.compactness)
 
 
-def test_the_check_warns_once_for_a_take_and_by_frame_for_a_few():
+def test_the_check_tells_the_kind_of_an_open_take_once_and_names_frames_of_another_kind():
     frames = [FrameStatistics(number, content=str(number), capped=0.3 + 0.01 * number) for number in range(6)]
-    (finding,) = [one for one in diagnose(frames) if one.kind == "open"]
+    (finding,) = [one for one in diagnose(frames) if one.kind in ("surface", "open")]
+    assert (finding.severity, finding.frame) == ("note", 0)
+    assert "open surfaces" in finding.message and "6 of 6 frames" in finding.message
+    usual, other = [one for one in diagnose([*frames, FrameStatistics(6, content="6")]) if one.kind in ("surface", "open")]
+    assert "6 of 7 frames" in usual.message and other.frame == 6 and "is closed" in other.message
+
+
+def test_frames_without_volume_in_a_closed_take_are_warned_of():
+    frames = [FrameStatistics(number, content=str(number), capped=0.3 + 0.01 * number) for number in range(6)]
+    (finding,) = [one for one in diagnose(frames, surface="closed") if one.kind == "open"]
     assert (finding.severity, finding.frame) == ("warning", 5)
     assert "35% of its surface is a guess" in finding.message and "in 6 of 6 frames" in finding.message
     closed = [FrameStatistics(number, content=str(number)) for number in range(6, 20)]

@@ -32,7 +32,7 @@ def cap(height):
 
 @pytest.fixture(scope="module")
 def reference():
-    return build_open_reference(union_of(cap(0.5), cap(0.0), cap(0.3)), 0.2, 3000, 6, screened_poisson, is_open=True)
+    return build_open_reference(union_of(cap(0.5), cap(0.0), cap(0.3)), 0.2, 6000, 6, screened_poisson, is_open=True)
 
 
 def test_the_mesh_covers_what_any_frame_shows_and_ends_where_all_end(reference):
