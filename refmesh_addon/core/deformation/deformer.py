@@ -23,6 +23,7 @@ from .folds import unfolded
 from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
 from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from .patches import PATCH_RADIUS, Patches, surface_patches
+from .protrusions import VisibleSource, without_protrusions
 from .surface_fit import fit_surface
 from .surface_samples import SurfaceSampler
 
@@ -100,6 +101,8 @@ class ReferenceDeformer:
         fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds)
         facing = Facing(self._mesh, rotations, source)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing))
+        if self._settings.fit_rounds:  # otherwise all of the surface is off the source
+            deformed = without_protrusions(deformed, facing, self._solver.energy.adjacency, VisibleSource(source, enclosed), self._length)
         return DeformedFrame(
             deformed.vertices,
             handles,

@@ -23,7 +23,7 @@ from .groups import FrameGroup
 from .reference import References
 from .tracking_result import TrackingResult
 
-DEFORMATION_SCHEMA = 9
+DEFORMATION_SCHEMA = 10
 SMOOTHING_SCHEMA = 1
 BLOCK = 10  # frames of a run that are smoothed together
 # Parts of the stage's time, roughly.
