@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 EXIT_USAGE = 2
 STEPS = ("import_sequence", "import_scene", "run_all")  # the operators whose arguments become options
 RENAMED = {"filepath", "output", "quiet"}  # arguments that have a place of their own below
 NOT_EXPORT_OPTIONS = {"format", "directory", "scope"}  # of the export operator; its other arguments become --export-...
 UNBOUNDED = 2**31 - 1  # the largest integer of Blender: an argument with this maximum has none
-AUTOMATIC = "0 (auto)"  # in the description of an argument: the option takes the word too
+WORD = re.compile(r"(-?\d+) \((\w+)\)")  # "0 (auto)" in the description of an argument: the option takes the word too
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -94,17 +95,17 @@ def number_within(argument):
     """A converter that refuses numbers out of the argument's bounds; Blender itself would clamp them silently."""
     low, high = argument.hard_min, argument.hard_max
     bounds = f"from {low:g}" + (f" to {high:g}" if high < UNBOUNDED else " on")
-    automatic = AUTOMATIC in argument.description
+    words = {word: int(value) for value, word in WORD.findall(argument.description)}
 
     def convert(text: str) -> float:
-        if automatic and text == "auto":
-            return 0
+        if text in words:
+            return words[text]
         try:
             value = int(text) if argument.type == "INT" else float(text)
         except ValueError:
             value = None
         if value is None or not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"'{text}' is not {'auto or ' * automatic}a number {bounds}")
+            raise argparse.ArgumentTypeError(f"'{text}' is not {''.join(f'{word} or ' for word in words)}a number {bounds}")
         return value
 
     return convert

@@ -12,6 +12,7 @@ from typing import Any
 from .errors import RefMeshError
 from .options import StageSettings, check_value, option
 
+OVER_REFERENCE = -2  # value of `mesh_frame`: the mesh was made over the reference mesh
 SIZES = ("512", "1024", "2048", "4096", "8192")  # of textures
 
 
@@ -101,7 +102,11 @@ class ReferenceSettings(StageSettings):
         label="Own Mesh",
     )
     mesh_frame: int = option(
-        -1, "Frame that the mesh of your own was made over, by the number of its file; -1 is the first", low=-1, high=2**31 - 1
+        -1,
+        "Frame that the mesh of your own was made over, by the number of its file; -1 (first) is the first frame, -2 (reference) the "
+        "reference positions, for a mesh made over the reference mesh of the whole take",
+        low=OVER_REFERENCE,
+        high=2**31 - 1,
     )
     apart: str = option(
         "",

@@ -3,13 +3,14 @@
 import bpy
 
 from ..core.errors import RefMeshError
+from ..core.settings import OVER_REFERENCE
 from ..properties.selection import sequence_object
 from .common import SequenceOperator, absolute, reporting
 
 
 class REFMESH_OT_use_own_mesh(SequenceOperator, bpy.types.Operator):
-    """Deform the active mesh, made over the current frame, to the whole take in place of a reconstructed reference mesh; its polygons, \
-UV maps and vertex groups stay"""
+    """Deform the active mesh, made over the current frame or the reference mesh, to the whole take in place of a reconstructed reference \
+mesh; its polygons, UV maps and vertex groups stay"""
 
     bl_idname = "refmesh.use_own_mesh"
     bl_label = "Use Active Object as Mesh"
@@ -20,11 +21,12 @@ UV maps and vertex groups stay"""
         failure = super().poll_failure(context)
         target, owner = context.active_object, sequence_object(context)
         if not failure and (target is None or target.type != "MESH" or target in (owner, owner.refmesh.centers)):
-            return "select the mesh that was made over the current frame"
+            return "select the mesh that was made over the current frame or the reference mesh"
         return failure
 
     @reporting
     def execute(self, context):
+        from ..bridge.results.made_over import made_over
         from ..bridge.results.own_mesh import keep_own_mesh
         from ..bridge.sequence.raw_sequence import frame_at
 
@@ -32,10 +34,12 @@ UV maps and vertex groups stay"""
         state = owner.refmesh
         if not state.output:
             raise RefMeshError("choose an output folder first: the mesh is written there for the job")
-        path = keep_own_mesh(owner, target, absolute(state.output))
+        context.view_layer.update()  # a script may have moved the object just before
+        over = made_over(owner, target)
+        path = keep_own_mesh(owner, target, over.to_source, absolute(state.output))
         state.settings.mesh = str(path)
-        state.settings.mesh_frame = int(frame_at(owner, context.scene.frame_current).name)
-        made = f"made over frame {state.settings.mesh_frame}"
+        state.settings.mesh_frame = OVER_REFERENCE if over.reference else int(frame_at(owner, context.scene.frame_current).name)
+        made = "made over the reference mesh" if over.reference else f"made over frame {state.settings.mesh_frame}"
         self.report({"INFO"}, f"'{target.name}' is the mesh of the take, {made}; run Reference to see it")
         return {"FINISHED"}
 

@@ -3,6 +3,7 @@
 import bpy
 
 from ..bridge.results.status import first_to_run, step_status
+from ..core.settings import OVER_REFERENCE
 from ..properties.selection import sequence_object
 from ..properties.wording import sentence
 from .layout import SequencePanel, describe_seconds, draw_wrapped
@@ -81,7 +82,8 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
         super().draw(context)
         settings, column = sequence_object(context).refmesh.settings, self.layout.column(align=True)
         if settings.mesh:
-            column.label(text=f"Mesh of your own, over frame {settings.mesh_frame}", icon="MESH_DATA")
+            over = "the reference mesh" if settings.mesh_frame == OVER_REFERENCE else f"frame {settings.mesh_frame}"
+            column.label(text=f"Mesh of your own, over {over}", icon="MESH_DATA")
             column.operator("refmesh.forget_own_mesh")
         column.operator("refmesh.use_own_mesh", icon="MESH_DATA")
 

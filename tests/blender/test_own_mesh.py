@@ -8,6 +8,7 @@ import pytest
 from mathutils import Matrix
 
 from refmesh_addon.bridge.scene.meshes import read_positions
+from refmesh_addon.core.settings import OVER_REFERENCE
 
 from .conftest import place
 from .test_jobs import TINY
@@ -56,6 +57,24 @@ def test_it_comes_back_moving_with_all_that_it_had(blender, ball, quads, tmp_pat
         moved = result.evaluated_get(blender.context.evaluated_depsgraph_get()).data
         sphere = read_positions(quads.data).astype(float) * 2.0
         np.testing.assert_allclose(read_positions(moved).mean(axis=0), place(unplaced(sphere, FRAME), number).mean(axis=0), atol=0.1)
+
+
+def test_a_mesh_made_over_the_reference_mesh_or_a_result_beside_the_source_is_recognized(blender, ball, tmp_path):
+    blender.ops.refmesh.run_all(output=str(tmp_path / "out"), quiet=True, **(TINY | {"segments": "frames"}))
+    (group,) = ball.refmesh.groups
+    blender.context.scene.frame_set(ball.refmesh.frames[str(FRAME)].scene_frame)
+    for original, expected in ((group.reference, OVER_REFERENCE), (group.deformed, FRAME)):
+        blender.context.view_layer.update()
+        shown = original.evaluated_get(blender.context.evaluated_depsgraph_get())
+        mine = bpy.data.objects.new("mine", bpy.data.meshes.new_from_object(shown))
+        places = read_positions(mine.data).astype(float)
+        mine.matrix_world = original.matrix_world.copy()
+        blender.context.collection.objects.link(mine)
+        blender.context.view_layer.objects.active = mine
+        blender.ops.refmesh.use_own_mesh()
+        assert ball.refmesh.settings.mesh_frame == expected
+        np.testing.assert_allclose(read_positions(ball.refmesh.own_mesh), places, atol=1e-5)
+        bpy.data.objects.remove(mine)
 
 
 def test_reconstructed_meshes_come_back_when_it_is_forgotten(blender, ball, quads, tmp_path):

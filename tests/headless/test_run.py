@@ -100,6 +100,7 @@ def test_a_foreign_file_is_not_decoded(frames, tmp_path):
         (["box", "--output", "out", "--smoothness", "much"], "--smoothness"),
         (["box", "--output", "out", "--centers", "auto"], "--centers"),
         (["box", "--output", "out", "--group-size", "many"], "auto or a number"),
+        (["box", "--output", "out", "--mesh-frame", "last"], "first or reference or a number"),
         (["box", "--output", "out", "--mapping", "magic"], "--mapping"),
         (["box", "--output", "out", "--export", "dae"], "--export"),
         (["box", "--output", "out", "--export-step", "0"], "'0' is not a number from 1 on"),

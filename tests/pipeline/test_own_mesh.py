@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 import trimesh
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.geometry.mesh import submesh
+from refmesh_addon.core.settings import OVER_REFERENCE
 from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.ply import write_ply
 
 from .conftest import FRAMES
 from .running import cache_entries, finish, remade, report, stages_of
@@ -46,6 +49,24 @@ def test_it_serves_every_frame_with_its_vertices_in_their_order(two_balls, own, 
         assert frame["source_to_deformed"]["max"] > 0.02, "what it leaves out is measured"
     at_home = read_mesh(output / report(output)["frames"][1]["deformed"])
     assert np.linalg.norm(at_home.vertices - mesh.vertices, axis=1).max() < 0.2
+
+
+def test_a_mesh_made_over_the_reference_mesh_serves_as_one_made_over_a_frame(two_balls, own, tmp_path):
+    output, path = tmp_path / "out", tmp_path / "mine.ply"
+    finish(two_balls, output, segments="frames")
+    (group,) = report(output)["groups"]
+    reconstructed = read_mesh(output / group["reference"])
+    mesh, _ = submesh(reconstructed, reconstructed.vertices[reconstructed.triangles].mean(axis=1)[:, 2] > 0)
+    write_ply(path, mesh)
+    finish(two_balls, output, mesh=str(path), mesh_frame=OVER_REFERENCE)
+    (group,) = report(output)["groups"]
+    assert_allclose(read_mesh(output / group["reference"]).vertices, mesh.vertices, atol=1e-5)
+    for frame in report(output)["frames"]:
+        assert_array_equal(read_mesh(output / frame["deformed"]).triangles, mesh.triangles)
+        assert frame["deformed_to_source"]["mean"] < 0.005
+    write_ply(path, mesh.moved(mesh.vertices + [0, 0, 1.0]))
+    with pytest.raises(RefMeshError, match="away from the reference positions of these frames"):
+        finish(two_balls, output, mesh=str(path), mesh_frame=OVER_REFERENCE)
 
 
 def test_another_mesh_is_carried_without_tracking_or_aligning_anew(two_balls, own, tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
@@ -21,23 +22,20 @@ IMPORTERS = {".obj": "obj_import", ".ply": "ply_import"}
 AXES = {"forward_axis": "Y", "up_axis": "Z"}
 
 
-def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, folder: Path) -> Path:
+def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, to_source: Matrix, folder: Path) -> Path:
     """Keeps what a render would see of the object now, modifiers applied, and writes its triangles for the job. Returns their file.
 
-    Its coordinates become those of the frames: an object of the user's own is taken where it lies over the source, one of the results as it
-    is. Raises RefMeshError for an object without faces, and when the file cannot be written.
+    to_source : from its own coordinates to those of the source object, as `made_over` gives it; the file has those of the frames.
+    Raises RefMeshError for an object without faces, and when the file cannot be written.
     """
-    bpy.context.view_layer.update()  # a script may have moved the object just before
     depsgraph = bpy.context.evaluated_depsgraph_get()
     mesh = bpy.data.meshes.new_from_object(target.evaluated_get(depsgraph), preserve_all_data_layers=True, depsgraph=depsgraph)
     if not len(mesh.polygons):
         bpy.data.meshes.remove(mesh)
         raise RefMeshError(f"'{target.name}' has no faces; select the mesh that was made over a frame")
-    if target.refmesh.sequence != owner:
-        matrix = owner.matrix_world.inverted() @ target.matrix_world
-        mesh.transform(matrix)
-        if matrix.determinant() < 0:
-            mesh.flip_normals()
+    mesh.transform(to_source)
+    if to_source.determinant() < 0:
+        mesh.flip_normals()
     path = output_folder(folder) / FILE_NAME
     triangulated = _triangulated(mesh)
     write_ply(path, triangulated.moved(triangulated.vertices + offset_of(owner.refmesh.root)))

@@ -1,9 +1,13 @@
-"""A mesh of a person's own, made over a frame, as the reference mesh: whether it fits, and how it gets to the reference positions."""
+"""A mesh of a person's own, made over a frame or over the reference mesh: whether it fits, and how it gets to the reference positions."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
 
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..errors import RefMeshError
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import sample_surface, triangle_normals, vertex_components
@@ -12,6 +16,8 @@ from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 from .group import GroupCenters, ReferenceMesh
 from .mapping import FrameMap
+
+Closest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # (N, 3) points -> (N,) distances and (N, 3) normals of what is closest
 
 SAMPLES = 4000  # points on the mesh whose distance from the frame is measured
 SCALE_RANGE = (0.2, 2.0)  # of its size to the frame's: a mesh may leave much out, but not have much more
@@ -22,6 +28,18 @@ LOOSE_TRIANGLES = 4.0  # triangles per component, in the mean, below which it is
 
 def check_own_mesh(mesh: TriangleMesh, frame: TriangleMesh) -> None:
     """Raises ValueError, in plain words with the figures, for a mesh that was not made over this frame or cannot be deformed."""
+    check_structure(mesh)
+    index = SurfaceIndex(frame)
+
+    def closest(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        nearest = index.query(points)
+        return nearest.distances, triangle_normals(frame)[nearest.triangles]
+
+    _check_place(mesh, frame.diagonal, closest, "the frame")
+
+
+def check_structure(mesh: TriangleMesh) -> None:
+    """Raises ValueError, in plain words with the figures, for a mesh that cannot be deformed, wherever it lies."""
     used = np.zeros(len(mesh.vertices), dtype=bool)
     used[mesh.triangles] = True
     if not used.all():
@@ -31,18 +49,44 @@ def check_own_mesh(mesh: TriangleMesh, frame: TriangleMesh) -> None:
         raise ValueError(f"it is cut into {pieces} loose pieces of {len(mesh.triangles)} triangles; merge its vertices by distance")
     if HalfEdges.of(mesh).face_counts.max() > 2:
         raise ValueError("an edge of it has more than two faces; remove inner faces")
-    scale = mesh.diagonal / frame.diagonal
+
+
+def _check_place(mesh: TriangleMesh, diagonal: float, closest: Closest, name: str) -> None:
+    """Raises ValueError for a mesh of another size, in another place, or inside out.
+
+    diagonal : of what it was made over, scene units.  closest : distances and normals of that for (N, 3) points.  name : of that.
+    """
+    scale = mesh.diagonal / diagonal
     if not SCALE_RANGE[0] <= scale <= SCALE_RANGE[1]:
-        raise ValueError(f"it is {scale:.3g} times as large as the frame; apply its scale, or use the units of the capture")
-    index = SurfaceIndex(frame)
+        raise ValueError(f"it is {scale:.3g} times as large as {name}; apply its scale, or use the units of the capture")
     points, triangles = sample_surface(mesh, SAMPLES, np.random.default_rng(0))
-    nearest = index.query(points)
-    distance = float(np.median(nearest.distances)) / frame.diagonal
+    distances, normals = closest(points)
+    distance = float(np.median(distances)) / diagonal
     if distance > FARTHEST:
-        raise ValueError(f"half of it is {distance:.1%} of the diagonal or more away from the frame; fit it to that frame first")
-    alike = row_dot(triangle_normals(mesh)[triangles], triangle_normals(frame)[nearest.triangles]) > 0
+        lies = f"half of it is {distance:.1%} of the diagonal or more away from {name}"
+        raise ValueError(f"{lies}; fit it to that first, or say what it was made over (--mesh-frame)")
+    alike = row_dot(triangle_normals(mesh)[triangles], normals) > 0
     if alike.mean() < FACING_OUT:
         raise ValueError(f"{1 - alike.mean():.0%} of it faces the other way; flip its normals")
+
+
+def placed_in_reference(mesh: TriangleMesh, points: np.ndarray, normals: np.ndarray) -> ReferenceMesh:
+    """A mesh that was made over the reference mesh of a group, as it is.
+
+    points, normals : (P, 3) of the group's anchor frame in the reference positions, scene units.
+    Raises RefMeshError for a mesh that does not lie there: reference positions change with the frames of a group.
+    """
+    tree = cKDTree(points)
+
+    def closest(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        distances, nearest = tree.query(places, workers=-1)
+        return distances, normals[nearest]
+
+    try:
+        _check_place(mesh, float(np.linalg.norm(np.ptp(points, axis=0))), closest, "the reference positions of these frames")
+    except ValueError as error:
+        raise RefMeshError(f"the mesh of your own: {error}") from error
+    return ReferenceMesh(mesh, int(crossing_triangles(mesh).sum()))
 
 
 def carried_to_reference(mesh: TriangleMesh, centers: np.ndarray, targets: np.ndarray, group: GroupCenters, mapping: str) -> ReferenceMesh:

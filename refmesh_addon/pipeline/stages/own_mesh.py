@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ...core.errors import RefMeshError
-from ...core.reference.own_mesh import check_own_mesh
+from ...core.reference.own_mesh import check_own_mesh, check_structure
+from ...core.settings import OVER_REFERENCE
 from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
 from ...io.meshes import parse_mesh, read_bytes
@@ -12,15 +13,23 @@ from ..session.context import Context
 
 
 def own_mesh_frame(context: Context) -> int | None:
-    """Index of the frame that the mesh was made over; None where no mesh is given. Raises RefMeshError for a frame that is not there."""
+    """Index of the frame that the mesh was made over, the first for the reference mesh; None where no mesh is given.
+
+    Raises RefMeshError for a frame that is not there.
+    """
     settings, numbers = context.settings.reference, context.numbers
     if not settings.mesh:
         return None
-    if settings.mesh_frame == -1:
+    if settings.mesh_frame in (-1, OVER_REFERENCE):
         return 0
     if settings.mesh_frame not in numbers:
         raise RefMeshError(f"--mesh-frame {settings.mesh_frame} is not part of the job; it has frames {format_ranges(numbers)}")
     return numbers.index(settings.mesh_frame)
+
+
+def over_reference(context: Context) -> bool:
+    """Whether the mesh was made over the reference mesh, not over a frame."""
+    return context.settings.reference.mesh_frame == OVER_REFERENCE
 
 
 def own_mesh(context: Context) -> TriangleMesh:
@@ -30,8 +39,8 @@ def own_mesh(context: Context) -> TriangleMesh:
 
 
 def own_mesh_key(context: Context) -> str:
-    """Of the mesh and the frame it was made over."""
-    return digest(read_bytes(context.settings.reference.mesh), own_mesh_frame(context))
+    """Of the mesh and what it was made over."""
+    return digest(read_bytes(context.settings.reference.mesh), "reference" if over_reference(context) else own_mesh_frame(context))
 
 
 def check_own(context: Context) -> None:
@@ -41,7 +50,11 @@ def check_own(context: Context) -> None:
         return
     if context.settings.tracking.tracking == "group":
         raise RefMeshError("--mesh needs centers that are followed through the whole take: take --tracking sequence")
+    name = "the reference mesh" if over_reference(context) else f"frame {context.numbers[frame]}"
     try:
-        check_own_mesh(own_mesh(context), context.frames.surface(frame))
+        if over_reference(context):  # whether it lies there shows once the frames are aligned
+            check_structure(own_mesh(context))
+        else:
+            check_own_mesh(own_mesh(context), context.frames.surface(frame))
     except ValueError as error:
-        raise RefMeshError(f"{context.settings.reference.mesh}, over frame {context.numbers[frame]}: {error}") from error
+        raise RefMeshError(f"{context.settings.reference.mesh}, over {name}: {error}") from error

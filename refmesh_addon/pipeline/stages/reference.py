@@ -21,7 +21,7 @@ from ...core.reference.group import (
     anchor_frame,
     place_centers,
 )
-from ...core.reference.own_mesh import carried_to_reference
+from ...core.reference.own_mesh import carried_to_reference, placed_in_reference
 from ...core.reference.union_points import UnionPoints
 from ...core.settings import ReferenceSettings
 from ...core.surfacing.hole_caps import CappedMesh, without_holes
@@ -34,7 +34,7 @@ from ..session.job import REFERENCE
 from ..session.stage_share import StageShare
 from .groups import FrameGroup
 from .open_reference import MOST_SHARING, build_open_with, union_of
-from .own_mesh import own_mesh, own_mesh_frame, own_mesh_key
+from .own_mesh import over_reference, own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
 
@@ -94,7 +94,8 @@ def make_references(context: Context, tracking: TrackingResult, grouped: Grouped
     units, own = building_units(context, aligned), _carrying_units(context, tracking, aligned)
     build = build_with if context.frames.take is None and context.settings.reference.holes == "closed" else build_open_with
     built = cached_map(context, build, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
-    carried = cached_map(context, carried_to_reference, own, ReferenceMesh, BUILDING)
+    place = placed_in_reference if over_reference(context) else carried_to_reference
+    carried = cached_map(context, place, own, ReferenceMesh, BUILDING)
     return References(**vars(aligned), meshes=ChainMap(carried, built))  # type: ignore[arg-type]  # which never writes to them
 
 
@@ -202,13 +203,16 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
 
 
 def _carrying_units(context: Context, tracking: TrackingResult, aligned: AlignedGroups) -> dict[int, WorkUnit]:
-    """What `carried_to_reference` is to do, for the group that a mesh of the user's own was made for, if any."""
+    """What `carried_to_reference` or `placed_in_reference` is to do, for the group that a mesh of the user's own was made for, if any."""
     frame = own_mesh_frame(context)
     return {group.index: _carrying(context, tracking, group, frame, aligned) for group in aligned.groups if frame in group.frames}
 
 
 def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, frame: int, aligned: AlignedGroups) -> WorkUnit:
     def arguments() -> tuple:
+        if over_reference(context):
+            anchor = aligned.aligned[group.index, group.frames[aligned.centers[group.index].anchor]]
+            return own_mesh(context), anchor.surface.points, anchor.surface.normals
         targets, mapping = aligned.aligned[group.index, frame].targets, context.settings.reference.mapping
         return own_mesh(context), tracking.positions[frame], targets, aligned.centers[group.index], mapping
 
