@@ -49,6 +49,9 @@ class RefMeshFrame(bpy.types.PropertyGroup):
     path: StringProperty(name="File", description="The mesh of this frame", subtype="FILE_PATH", options=RELATIVE)
     scene_frame: IntProperty(name="Scene Frame", description="Frame of the timeline from which this mesh is shown")
     distance: FloatProperty(name="Distance", description="Mean distance to the deformed mesh, share of the diagonal", default=UNKNOWN)
+    overstretched: FloatProperty(
+        name="Overstretched", description="Share of the surface whose triangles are stretched more than threefold", default=UNKNOWN
+    )
 
 
 class RefMeshFinding(bpy.types.PropertyGroup):

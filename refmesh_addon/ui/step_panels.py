@@ -9,7 +9,8 @@ from ..properties.wording import sentence
 from .layout import SequencePanel, describe_seconds, draw_wrapped
 from .step_settings import FIRST, draw_settings
 
-WORST_SHOWN = 5  # frames listed with the largest distance
+WORST_SHOWN = 5  # frames listed with the largest distance or stretch
+STRETCHED_SHOWN = 1e-3  # over-stretched share of the surface from which a frame is listed: below it are single triangles in creases
 ROWS = 5  # of the list of places, before it scrolls
 STATUS_ICONS = {"never": "BLANK1", "current": "CHECKMARK", "stale": "FILE_REFRESH"}
 
@@ -108,12 +109,20 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
         if measured:
             self.layout.prop(state, "heat_map")
             draw_wrapped(self.layout, context, "Worst frames: mean distance to the source in % of the diagonal")
-        column = self.layout.column(align=True)
-        for frame in sorted(measured, key=lambda frame: -frame.distance)[:WORST_SHOWN]:
-            column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * frame.distance:.3f} %").frame = frame.name
+            self._draw_worst(measured, "distance", 3)
+        stretched = [frame for frame in state.frames if frame.overstretched > STRETCHED_SHOWN]
+        if stretched:
+            draw_wrapped(self.layout, context, f"Stretched more than threefold, in {len(stretched)} frames: % of the surface", icon="ERROR")
+            self._draw_worst(stretched, "overstretched", 2)
         if state.places:
             draw_wrapped(self.layout, context, "Surface farther than 1 % of the diagonal from the other", icon="ERROR")
             self.layout.template_list("REFMESH_UL_places", "", state, "places", state, "active_place", rows=min(ROWS, len(state.places)))
+
+    def _draw_worst(self, frames, name, digits):
+        """Buttons that go to the frames with the largest values of a property."""
+        column = self.layout.column(align=True)
+        for frame in sorted(frames, key=lambda frame: -getattr(frame, name))[:WORST_SHOWN]:
+            column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {100 * getattr(frame, name):.{digits}f} %").frame = frame.name
 
 
 class REFMESH_PT_color(StepPanel, bpy.types.Panel):

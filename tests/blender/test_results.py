@@ -167,6 +167,16 @@ def test_distances_of_frames_are_kept(solved):
     assert [frame.distance for frame in solved.refmesh.frames] == pytest.approx([0.001 * number for number in NUMBERS])
 
 
+def test_over_stretched_shares_of_frames_are_kept_where_the_report_has_them(blender, ball, results):
+    shares = [0.002 * number for number in NUMBERS]
+    edit_report(results, lambda report: [frame.update(overstretched=share) for frame, share in zip(report["frames"], shares)])
+    blender.ops.refmesh.load_results(output=str(results))
+    assert [frame.overstretched for frame in ball.refmesh.frames] == pytest.approx(shares)
+    edit_report(results, lambda report: [frame.pop("overstretched") for frame in report["frames"]])
+    blender.ops.refmesh.load_results(output=str(results))
+    assert {frame.overstretched for frame in ball.refmesh.frames} == {0.0}
+
+
 @pytest.mark.parametrize(
     "damage, message",
     [

@@ -108,11 +108,8 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
         state.output = stored_path(results.folder)
     show_markers(owner, [group["frames"] for group in report["groups"]])
     measured = {str(frame["number"]): frame["source_to_deformed"]["mean"] for frame in report["frames"] if frame.get("source_to_deformed")}
-    for frame in state.frames:
-        if frame.name in measured:
-            frame.distance = measured[frame.name]
-        else:
-            frame.property_unset("distance")
+    _set_of_frames(state, "distance", measured)
+    _set_of_frames(state, "overstretched", {str(frame["number"]): frame.get("overstretched", 0.0) for frame in report["frames"]})
     _show_places(state, results)
     reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured), "color" in report["seconds"]]
     known = {setting.name for setting in flat_fields()}
@@ -125,6 +122,15 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
         state.heat_map = bool(measured)  # draws the errors anew
     show_textures(owner, results.folder, report)
     state.done = {stage for stage, is_reached in zip(STAGES, reached, strict=True) if is_reached}
+
+
+def _set_of_frames(state, name: str, values: dict[str, float]) -> None:
+    """Sets a property of each frame that has a value, and none of the others."""
+    for frame in state.frames:
+        if frame.name in values:
+            setattr(frame, name, values[frame.name])
+        else:
+            frame.property_unset(name)
 
 
 def _show_places(state, results: Results) -> None:
