@@ -14,6 +14,7 @@ TRUST = 0.2  # share of the time expected at the start that counts as seen alrea
 # A job of which little is known tells no time before it has worked for so many seconds, and done this share.
 UNSURE_SECONDS, UNSURE_SHARE = 10.0, 0.1
 MOST_SKIPPED = 0.15  # share of a stage that earlier runs may have done, such as reading its frames, where its time is still a measurement
+RESERVED = 0.2  # share of what is left of the bar that is kept for another pass through the stages, where the job may need one
 LEAST = 0.1  # of an estimate that is left, however long the unit at work takes
 
 
@@ -39,6 +40,7 @@ class Forecast:
 
     times : of each stage, in order.  frames : how many the job has.  finished : called with a stage, and its `StageTime`, that was
     done from its start to its end.  clock : seconds.
+    repeats : whether the job may go back to earlier stages, as where one mesh turns out not to serve the take; nobody knows how often.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class Forecast:
         frames: int = 1,
         finished: Callable[[str, StageTime], None] = lambda stage, taken: None,
         clock: Callable[[], float] = time.monotonic,
+        repeats: bool = False,
     ):
         self._times, self._frames, self._finished, self._clock = dict(times), max(frames, 1), finished, clock
         self._stages, self._stage, self._at = list(times), "", 0.0
@@ -55,13 +58,16 @@ class Forecast:
         self._trace: list[tuple[float, float]] = []  # (share, time) of the stage
         self._skipped = 0.0  # share of the stage
         self._trust = TRUST * self._remaining() if all(item.measured for item in self._times.values()) else 0.0
-        self._share = 0.0
+        self._limit = 1.0 - RESERVED if repeats else 1.0
+        self._share, self._pass_share, self._pass_worked = 0.0, 0.0, 0.0  # the latter two: at the beginning of this pass
 
     def advance(self, stage: str, share: float, skipped: bool = False) -> None:
         """A stage has reached a share of its progress; `skipped`: by results of an earlier run, so that it took no time."""
         now = self._clock()
         if stage != self._stage:
             self._end_stage(now)
+            if self._stage and self._stages.index(stage) < self._stages.index(self._stage):
+                self._pass_share, self._pass_worked = self.share, self._worked
             self._stage, self._at, self._trace, self._skipped = stage, 0.0, [(0.0, now)], 0.0
         if share > self._at:
             time_of = self._times[stage]
@@ -79,8 +85,9 @@ class Forecast:
     @property
     def share(self) -> float:
         """Share of the work of this run that is done; never falls. What an earlier run has done is no work of this one."""
-        whole = self._worked + self._remaining()
-        self._share = max(self._share, self._worked / whole if whole > 0 else 1.0)
+        worked, remaining = self._worked - self._pass_worked, self._remaining()
+        done = worked / (worked + remaining) if worked + remaining > 0 else 1.0
+        self._share = max(self._share, self._pass_share + (1.0 - self._pass_share) * self._limit * done)
         return self._share
 
     @property

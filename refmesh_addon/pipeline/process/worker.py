@@ -96,7 +96,7 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
     try:
         sequence = job_sequence(spec)  # first, so that a wrong input leaves no empty output folder
         with job_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
-            reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec))
+            reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec), repeats=spec.may_repeat_stages)
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 
             run(spec, reporter.progress, reporter.warn, sequence=sequence, group_ready=reporter.group_ready)

@@ -50,6 +50,11 @@ class JobSpec:
         reviewed = self.settings.reference.segments == "long" and self.stages[-1] == DEFORMATION
         return (*self.stages, EVALUATION) if reviewed else self.stages
 
+    @property
+    def may_repeat_stages(self) -> bool:
+        """Whether the job may find out by deforming one mesh to the whole take that the take needs several."""
+        return DEFORMATION in self.stages and self.settings.reference.segments == "long" and not self.settings.reference.mesh
+
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""
         plain = {name: getattr(self, name) for name in ("source", "output", "frames", "until", "resume", "warnings", "notes", "scheduler")}

@@ -15,10 +15,10 @@ FRAMES = 10
 class Job:
     """A forecast of two stages whose clock runs as fast as the test says; what is measured is kept."""
 
-    def __init__(self, tracking: StageTime, reference: StageTime):
+    def __init__(self, tracking: StageTime, reference: StageTime, repeats: bool = False):
         self.now, self.measured = 0.0, {}
         times = {"tracking": tracking, "reference": reference}
-        self.forecast = Forecast(times, FRAMES, self.measured.__setitem__, lambda: self.now)
+        self.forecast = Forecast(times, FRAMES, self.measured.__setitem__, lambda: self.now, repeats)
 
     def work(self, stage: str, start: float, end: float, seconds: float, steps: int = 50) -> list[float | None]:
         """Time left after each step of a part of a stage."""
@@ -43,6 +43,17 @@ def test_parts_of_a_stage_weigh_what_they_took():
     job = Job(StageTime(10.0, curve, measured=True), StageTime(0.0, measured=True))
     job.work("tracking", 0.0, 0.5, 10.0)
     assert job.forecast.left == pytest.approx(90.0) and job.forecast.share == pytest.approx(0.1)
+
+
+def test_the_share_keeps_growing_where_a_job_goes_back_to_an_earlier_stage():
+    job, shares = Job(StageTime(6.0, measured=True), StageTime(4.0, measured=True), repeats=True), [0.0]
+    for _ in range(3):
+        for stage, seconds in (("tracking", 60.0), ("reference", 40.0)):
+            for quarter in range(4):
+                job.work(stage, quarter / 4, (quarter + 1) / 4, seconds / 4)
+                shares.append(job.forecast.share)
+    assert all(before < after < 1.0 for before, after in zip(shares, shares[1:]))
+    assert shares[8] == pytest.approx(0.8) and shares[16] == pytest.approx(0.96)
 
 
 def test_what_an_earlier_run_has_done_does_not_count():
