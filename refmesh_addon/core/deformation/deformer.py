@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import mean_edge_length
-from ..geometry.winding import enclosed_by, nothing_enclosed_by
+from ..geometry.winding import Enclosed, enclosed_by, nothing_enclosed_by
 from ..latest import latest_only
 from ..reference.group import GroupCenters
 from ..reference.mapping import FrameMap
@@ -100,7 +101,8 @@ class ReferenceDeformer:
         correspondence = Correspondence(source, self._sampler, compatible, enclosed)
         fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds)
         facing = Facing(self._mesh, rotations, source)
-        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing))
+        hidden = self._hidden(owners, centers, enclosed)
+        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing, hidden(fitted.vertices)))
         if self._settings.fit_rounds:  # otherwise all of the surface is off the source
             deformed = without_protrusions(deformed, facing, self._solver.energy.adjacency, VisibleSource(source, enclosed), self._length)
         return DeformedFrame(
@@ -108,9 +110,15 @@ class ReferenceDeformer:
             handles,
             goals,
             held=fitted.held,
-            hidden=behind_contact(deformed, owners, centers, self._compatible, enclosed, self._group.spacing),
+            hidden=hidden(deformed.vertices),
             curled=facing.curled(deformed.vertices),
             rotation_vectors=Rotation.from_matrix(rotations).as_rotvec(),
+        )
+
+    def _hidden(self, owners: np.ndarray, centers: np.ndarray, enclosed: Enclosed) -> Callable[[np.ndarray], np.ndarray]:
+        """Which vertices lie in a contact, (R,) bool, where they are at (R, 3) positions; arguments as of `behind_contact`."""
+        return lambda vertices: behind_contact(
+            self._mesh.moved(vertices), owners, centers, self._compatible, enclosed, self._group.spacing
         )
 
     def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:

@@ -20,15 +20,18 @@ ITERATIONS = 2  # of ARAP in each attempt
 FARTHEST = 1.0  # edge lengths that a vertex may be moved: a surface that leaves its place is worse than a fold
 
 
-def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, facing: Facing) -> np.ndarray:
+def unfolded(
+    solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, facing: Facing, hidden: np.ndarray | None = None
+) -> np.ndarray:
     """(R, 3) vertices of which those around folds are moved, as rigidly as possible, and all others stay.
 
     vertices : (R, 3) the solver's mesh, deformed.  shape : (R, 3) the same without folds, the rest shape.
-    facing : of the solver's mesh. Each attempt frees one more ring around the folds that are left. Where this would move a vertex
-    by more than FARTHEST, the folds there stay. At the end all return as far as that folds nothing.
+    facing : of the solver's mesh.  hidden : (R,) bool, vertices in a contact, where no camera saw the surface; None for none.
+    Each attempt frees one more ring around the folds that are left. Where this would move a vertex that is not hidden by more than
+    FARTHEST, the folds there stay. At the end all return as far as that folds nothing.
     """
     fitted, rest = vertices, solver.mesh.moved(shape)
-    length = mean_edge_length(rest)
+    length, limited = mean_edge_length(rest), np.ones(len(vertices), dtype=bool) if hidden is None else ~hidden
     finer = max(1.0, EDGE * np.sqrt(triangle_areas(rest).sum()) / length)
     for attempt in range(round(finer * RINGS)):
         folded = facing.folded(vertices)
@@ -36,7 +39,7 @@ def unfolded(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, facing
             break
         free = _around(solver, folded, attempt + 1)
         moved = _relaxed(solver, vertices, shape, free, START_WEIGHT * WEIGHT_RATIO**attempt)
-        too_far = free & (np.linalg.norm(moved - vertices, axis=1) > FARTHEST * finer * length)
+        too_far = free & limited & (np.linalg.norm(moved - vertices, axis=1) > FARTHEST * finer * length)
         vertices = np.where((free & ~_connected(solver, free, too_far))[:, None], moved, vertices)
     return moved_without_folds(facing, vertices, fitted)
 

@@ -42,6 +42,19 @@ def test_a_finer_mesh_gives_way_as_far_as_a_coarse_one(monkeypatch):
     assert left[0] > left[1] == 0
 
 
+def test_what_no_camera_saw_may_leave_its_place():
+    """Folds deeper than the surface may give way are turned back in a contact only."""
+    folded = REFERENCE.vertices.copy()
+    folded[FOLDED] += 4.0 * mean_edge_length(REFERENCE) * np.array([1.0, 0.0, 0.0])
+    facing, hidden = Facing(REFERENCE, UNROTATED), np.linalg.norm(REFERENCE.vertices - folded[FOLDED[0]], axis=1) < 1.0
+    assert not hidden[FOLDED[1]]
+    left = [facing.folded(unfolded(SOLVER, folded, REFERENCE.vertices, facing, which)) for which in (None, hidden)]
+    at_hidden = hidden[REFERENCE.triangles].all(axis=1)
+    assert (left[0] & at_hidden).any() and not (left[1] & at_hidden).any()
+    assert_array_equal(left[0][~at_hidden], left[1][~at_hidden])
+    assert left[1].any()
+
+
 def test_a_surface_without_folds_is_given_back():
     pose = bent(REFERENCE.vertices)
     rotations = SOLVER.deform([0], pose[:1], pose, iterations=0).rotations
