@@ -30,7 +30,8 @@ class GroupReport:
     """One group of frames and its reference mesh.
 
     frames : numbers.  anchor : number.  reference, playback : paths relative to the output folder; playback is None until
-    the group is deformed.  iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
+    the group is deformed.  visibility : path of the picture that says which vertices each frame shows; None for closed takes.
+    iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
     frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
     layout : path of the texture layout, texture : of the steady texture; layout_charts, layout_stretch (1 is none), layout_area : its
     figures; all None without color.
@@ -52,6 +53,7 @@ class GroupReport:
     frame_iou_after: tuple[float, ...]
     self_intersections: int
     playback: str | None = None
+    visibility: str | None = None
     left_out: tuple[int, ...] = ()
     handover: Distances | None = None
     layout: str | None = None

@@ -14,7 +14,7 @@ from types import NoneType
 from typing import Any, get_args, get_type_hints
 
 # Fields that hold a path relative to the output folder.
-PATHS = {"reference", "playback", "layout", "texture", "texture_mask", "deformed", "colored", "centers_playback"}
+PATHS = {"reference", "playback", "visibility", "layout", "texture", "texture_mask", "deformed", "colored", "centers_playback"}
 LARGEST_NUMBER = 10**18  # of a frame or a group
 
 

@@ -34,6 +34,7 @@ from .stages.tracking import track_sequence
 from .stages.tracking_by_group import track_groups
 from .stages.tracking_report import write_tracking
 from .stages.tracking_result import TrackingResult
+from .stages.visibility import write_visibility_sheets
 
 
 def run(
@@ -101,6 +102,7 @@ def _run_stages(spec: JobSpec, context: Context) -> None:
         with context.timed(DEFORMATION):
             deformed = deform(context, tracking, references, partial(publish_group, context))
             write_playbacks(context, deformed)
+            write_visibility_sheets(context, deformed)
             if EVALUATION not in spec.stages:  # otherwise the frames are written once, with the colors of their errors
                 write_deformed(context, deformed)
     if EVALUATION in spec.stages:

@@ -51,6 +51,7 @@ def test_the_reference_mesh_is_open_and_in_one_piece_and_no_frame_is_left_out(ru
     mesh = read_surface(run[0] / group["reference"])
     assert not group["watertight"] and len(boundary_edges(mesh)) and not group["left_out"]
     assert vertex_components(mesh)[0] == 1
+    assert (run[0] / group["visibility"]).is_file()
 
 
 def test_frames_are_close_to_what_was_kept_and_visible_vertices_to_the_source(run):

@@ -17,6 +17,7 @@ from ..scene.meshes import UV_NAME
 from ..scene.objects import kind_collection, new_member, remove_object
 from ..scene.overrides import NAME as OVERRIDE_NAME
 from ..scene.playback import CACHE_NAME, show_only_between
+from ..scene.visibility_nodes import NAME as VISIBILITY_NAME
 from .corrections import play_results
 from .own_mesh import adopt_own_mesh
 
@@ -127,7 +128,7 @@ def has_work(member: bpy.types.Object | None) -> bool:
         return False
     mesh, own = member.data, {UV_NAME, *OWN_LAYERS, ERROR_LAYER}
     layers = [layer for layer in read_attributes(mesh) if layer.name not in own]
-    modifiers = [modifier for modifier in member.modifiers if modifier.name not in (CACHE_NAME, OVERRIDE_NAME)]
+    modifiers = [modifier for modifier in member.modifiers if modifier.name not in (CACHE_NAME, OVERRIDE_NAME, VISIBILITY_NAME)]
     return bool(layers or modifiers or len(member.vertex_groups) or mesh.shape_keys or len(member.material_slots) > 1)
 
 

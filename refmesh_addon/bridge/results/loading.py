@@ -12,6 +12,7 @@ from ...core.settings import STAGES, flat_fields
 from ...io.frame_range import format_ranges, format_selection, parse_ranges
 from ..scene.markers import show_markers
 from ..scene.paths import absolute_path, stored_path
+from ..scene.visibility_nodes import play_visibility
 from .centers import show_centers
 from .freshness import fingerprint
 from .groups import arrange, place_results, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
@@ -83,6 +84,8 @@ def _show_reference(owner: bpy.types.Object, results: Results, index: int, carri
 def _show_deformed(owner: bpy.types.Object, results: Results, index: int, carried: dict[str, list[int]]) -> None:
     cache = results.folder / results.report["groups"][index]["playback"]
     _note(carried, show_deformed(owner, index, results.meshes[index], cache), index)
+    picture, group = results.report["groups"][index].get("visibility"), owner.refmesh.groups[index]
+    play_visibility(group.deformed, results.folder / picture if picture else None, group.start)
 
 
 def _note(carried: dict[str, list[int]], kinds: str, index: int) -> None:

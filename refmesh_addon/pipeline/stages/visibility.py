@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from ...core.evaluation.shown_surface import VisibleVertices, shown_vertices
-from ..session.cache import digest
+from ...io.sequence import held_frames
+from ...io.visibility_sheet import write_visibility
+from ..session.cache import KEY_LENGTH, digest
 from ..session.cached_map import WorkUnit, cached_map
 from ..session.context import Context
 from ..session.job import DEFORMATION
@@ -23,6 +26,19 @@ def visible_vertices(context: Context, deformed: DeformedSequence) -> Mapping[in
         return {}
     units = {frame: _unit(context, deformed, group, frame) for group in deformed.groups for frame in group.frames}
     return cached_map(context, shown_vertices, units, VisibleVertices, SHARE)
+
+
+def write_visibility_sheets(context: Context, deformed: DeformedSequence) -> None:
+    """The picture of each group from which Blender knows what each scene frame shows; none for closed takes."""
+    visible = visible_vertices(context, deformed)
+    for group in deformed.groups if visible else ():
+        path = f"playback/visibility_{group.index:03d}-{digest(VISIBILITY_SCHEMA, group.key)[:KEY_LENGTH]}.png"
+        shown = [frame for frame in held_frames(context.frames.sequence) if frame in group.frames]
+        count = len(deformed.references[group.index].mesh.vertices)
+        write_visibility(context.claim(path), (visible[frame].visibility for frame in shown), count, len(shown))
+        context.report.groups[group.index] = replace(context.report.groups[group.index], visibility=path)
+    kept = [group.visibility for group in context.report.groups if group.visibility]
+    context.remove_stale("playback/visibility_*.png", keep=kept)
 
 
 def _unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
