@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from types import NoneType, UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from scipy import sparse
+
+from .array_layout import LayoutCheck
 
 Arrays = dict[str, np.ndarray]
 Result = TypeVar("Result")
 
 SEPARATOR = "."  # between the name of a field and the name of what is inside it, as in "mesh.vertices"
 CSR_PARTS = ("data", "indices", "indptr", "shape")
+_KINDS = {bool: "b", int: "iu", float: "fiu", str: "U"}  # of NumPy types that hold a Python type
 
 
 def to_arrays(result: Any) -> Arrays:
@@ -34,9 +38,20 @@ def to_arrays(result: Any) -> Arrays:
 
 
 def from_arrays(kind: type[Result], arrays: Mapping[str, np.ndarray]) -> Result:
-    """The result of type `kind` that `to_arrays` packed. Raises KeyError when a field is missing."""
-    hints = get_type_hints(kind)
-    return kind(**{item.name: _unpacked(item.name, hints[item.name], arrays) for item in fields(kind)})  # type: ignore[arg-type]
+    """The result of type `kind` that `to_arrays` packed.
+
+    Raises KeyError when a field is missing, and ValueError, naming it, where one is not of its type, or an array belongs to no field.
+    """
+    hints, check = _hints(kind), LayoutCheck()  # type: ignore[arg-type]
+    foreign = [name for name in arrays if name.partition(SEPARATOR)[0] not in hints]
+    if foreign:
+        raise ValueError(f"'{foreign[0]}' is not part of a {kind.__name__}")
+    return kind(**{item.name: _unpacked(item.name, hints[item.name], arrays, check) for item in fields(kind)})  # type: ignore[arg-type]
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind, include_extras=True)
 
 
 def _packed(name: str, value: Any) -> Arrays:
@@ -57,18 +72,36 @@ def _packed_csr(name: str, matrix: sparse.csr_matrix) -> Arrays:
     return {name + SEPARATOR + part: np.asarray(getattr(matrix, part)) for part in CSR_PARTS}
 
 
-def _unpacked(name: str, hint: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+def _unpacked(name: str, hint: Any, arrays: Mapping[str, np.ndarray], check: LayoutCheck) -> Any:
     prefix = name + SEPARATOR
     inner = {key.removeprefix(prefix): array for key, array in arrays.items() if key.startswith(prefix)}
     if get_origin(hint) in (Union, UnionType):
         if name not in arrays and not inner:
             return None
         (hint,) = (choice for choice in get_args(hint) if choice is not NoneType)
+    if get_origin(hint) is Annotated:
+        check.check(name, arrays[name], hint.__metadata__[0])
+        return arrays[name]
     if hint is sparse.csr_matrix:
-        data, indices, indptr, shape = (inner[part] for part in CSR_PARTS)
-        return sparse.csr_matrix((data, indices, indptr), tuple(shape.tolist()))
+        return _unpacked_csr(name, inner)
     if is_dataclass(hint):
         return from_arrays(hint, inner)  # type: ignore[arg-type]
     if get_origin(hint) is tuple:
-        return tuple(arrays[name].tolist())
-    return arrays[name] if hint is np.ndarray else hint(arrays[name].item())
+        return tuple(_of_kind(name, arrays[name], get_args(hint)[0], 1).tolist())
+    return arrays[name] if hint is np.ndarray else hint(_of_kind(name, arrays[name], hint, 0).item())
+
+
+def _unpacked_csr(name: str, parts: Mapping[str, np.ndarray]) -> sparse.csr_matrix:
+    data, indices, indptr, shape = (parts[part] for part in CSR_PARTS)
+    if shape.shape != (2,) or shape.dtype.kind != "i":
+        raise ValueError(f"'{name}' is not a matrix")
+    matrix = sparse.csr_matrix((data, indices, indptr), tuple(shape.tolist()))
+    matrix.check_format(full_check=True)
+    return matrix
+
+
+def _of_kind(name: str, array: np.ndarray, kind: type, dimensions: int) -> np.ndarray:
+    """A number or a text, or a row of them, as it was packed; an empty row is one of numbers."""
+    if array.ndim != dimensions or (array.size and array.dtype.kind not in _KINDS[kind]):
+        raise ValueError(f"'{name}' is {array.shape} {array.dtype}, not {'a row of ' * dimensions}{kind.__name__}")
+    return array

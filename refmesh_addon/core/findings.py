@@ -12,6 +12,7 @@ CENTER_ATTRIBUTES = {
     "error": "How much the distances to its neighbors change: large where a surface tears, and where the tracking is wrong",
     "irregularity": "Mean distance from a center to the nearest other one: large for isolated centers and in thin places",
 }
+CENTER_LAYOUTS = {name: "(C) number" for name in CENTER_ATTRIBUTES}  # see `array_layout`
 
 
 @dataclass(frozen=True)

@@ -55,8 +55,8 @@ def check_value(item: Field, value: object) -> None:
         if value not in choices:
             raise RefMeshError(f"{flag} is '{value}': choose one of {', '.join(choices)}")
     elif isinstance(item.default, str):
-        if not isinstance(value, str):
-            raise RefMeshError(f"{flag} is {value}: give a text")
+        if not isinstance(value, str) or "\0" in value:
+            raise RefMeshError(f"{flag} is {value!r}: give a text")
     else:
         integer = isinstance(item.default, int)
         number = isinstance(value, int if integer else (int, float)) and not isinstance(value, bool)

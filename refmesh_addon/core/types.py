@@ -8,6 +8,7 @@ R reference vertices, S reference triangles, K key points.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Annotated
 
 import numpy as np
 
@@ -47,8 +48,8 @@ class TriangleMesh(FrozenArrays):
     triangles : (T, 3) int32, indices into `vertices`, counter-clockwise seen from outside.
     """
 
-    vertices: np.ndarray
-    triangles: np.ndarray
+    vertices: Annotated[np.ndarray, "(V, 3) float64"]
+    triangles: Annotated[np.ndarray, "(T, 3) int32 < V"]
 
     def __post_init__(self):
         object.__setattr__(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))

@@ -17,13 +17,13 @@ WITHOUT_PILLOW = "the Python package 'pillow' is missing, so pictures cannot be 
 _UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, OSError)
 
 
-def files_beside(path: Path) -> list[tuple[str, int, int]]:
-    """Name, size and time of every picture and material library in the folder of a frame or below: what its colors depend on."""
+def files_beside(path: Path) -> list[tuple[str, int, int, int]]:
+    """Name, size and times of every picture and material library in the folder of a frame or below: what its colors depend on."""
     found = []
     for other in sorted(path.parent.rglob("*")):
         if other.suffix.lower() in (*EXTENSIONS, ".mtl") and other.is_file():
             state = other.stat()
-            found.append((other.relative_to(path.parent).as_posix(), state.st_size, state.st_mtime_ns))
+            found.append((other.relative_to(path.parent).as_posix(), state.st_size, state.st_mtime_ns, state.st_ctime_ns))
     return found
 
 

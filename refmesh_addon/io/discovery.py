@@ -22,6 +22,7 @@ from .sequence import Frame, Sequence
 
 # More missing numbers than this for each file: the numbers are time stamps (milliseconds, say), not a count of frames.
 MAX_GAPS_PER_FRAME = 10
+MOST_SHOWN = 200  # characters of a path in a message
 CANDIDATES_SHOWN = 4  # sequences that a message lists
 
 
@@ -35,7 +36,10 @@ def find_sequence(source: str | Path, frames: str = "") -> Sequence:
     Raises RefMeshError when there is no such sequence, when there are several, or when a chosen number does not exist.
     """
     ranges = parse_ranges(frames)
-    sequence = _sequence_of(str(source))
+    try:
+        sequence = _sequence_of(str(source))
+    except (OSError, ValueError) as error:  # a name that no system takes, a folder that goes while it is read
+        raise RefMeshError(f"{str(source)[:MOST_SHOWN]}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
     return _chosen(sequence, ranges) if ranges else sequence
 
 

@@ -12,6 +12,8 @@ from typing import BinaryIO
 import numpy as np
 
 from ..core.errors import RefMeshError
+from .npz_reader import loaded_arrays
+from .regular_files import open_regular
 
 CENTERS_NAME = "centers.npz"  # in the output folder: the result of tracking
 PARTIAL_SUFFIX = ".refmesh-partial"  # of a file that is still being written; what a killed run leaves is removed by the next
@@ -66,9 +68,12 @@ def write_npz(path: str | Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_npz(path: str | Path) -> dict[str, np.ndarray]:
-    """The arrays of an .npz, all in memory. Raises OSError, ValueError or zipfile.BadZipFile when it is missing or damaged."""
-    with np.load(path, allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
+    """The arrays of an .npz, all in memory.
+
+    Raises FileNotFoundError when there is none, and ValueError when it is damaged or holds what `write_npz` does not write.
+    """
+    with open_regular(path) as file:
+        return loaded_arrays(file)
 
 
 def write_json(path: str | Path, data: object) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from ..core.errors import RefMeshError
 from ..core.findings import SEVERITIES, Finding
 from .files import atomic_file, write_json
 from .frame_range import format_ranges
+from .regular_files import read_json
 from .sequence import Sequence
 
 CHECK_NAME, CHECK_TEXT = "sequence_check.json", "sequence_check.txt"  # in the output folder
@@ -19,10 +19,17 @@ def read_findings(output: str | Path) -> list[Finding]:
     """The findings in an output folder. Raises RefMeshError when there are none that can be read."""
     path = Path(output) / CHECK_NAME
     try:
-        entries = json.loads(path.read_text(encoding="utf-8"))["findings"]
-        return [Finding(**entry) for entry in entries]
+        return [_finding(entry) for entry in read_json(path)["findings"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RefMeshError(f"{path}: cannot be read ({error}); check the sequence again") from error
+
+
+def _finding(entry: dict) -> Finding:
+    finding = Finding(**entry)
+    texts = (finding.kind, finding.severity, finding.message)
+    if not all(isinstance(text, str) for text in texts) or type(finding.frame) is not int or finding.severity not in SEVERITIES:
+        raise ValueError("a finding has values of other types")
+    return finding
 
 
 def write_findings(output: Path, sequence: Sequence, findings: list[Finding]) -> None:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-import logging
 from collections import OrderedDict
+from collections.abc import Callable
 from pathlib import Path
 
 from ..core.errors import RefMeshError
-from .preview import PreviewMesh, preview_path, read_preview, write_preview
+from .preview import PreviewMesh, preview_path, read_preview
 
-logger = logging.getLogger(__name__)
+
+def _parsed(path: Path) -> PreviewMesh:
+    from .meshes import read_mesh
+
+    return PreviewMesh.of(read_mesh(path))
 
 
 class FrameStore:
-    """Least-recently-used cache of meshes by file; meshes that were evicted are read from the binary cache on disk.
+    """Least-recently-used cache of meshes by file; meshes that were evicted are read from the binary cache on disk, which jobs write.
 
-    budget : bytes of meshes in memory; the last one is always kept.
+    budget : bytes of meshes in memory; the last one is always kept.  parse : reads a mesh that is in no cache.
     """
 
-    def __init__(self, budget: int):
-        self._budget = budget
+    def __init__(self, budget: int, parse: Callable[[Path], PreviewMesh] = _parsed):
+        self._budget, self.parse = budget, parse
         self._meshes: OrderedDict[Path, PreviewMesh] = OrderedDict()
 
     def read(self, path: Path, output: Path) -> PreviewMesh:
@@ -32,7 +36,7 @@ class FrameStore:
         except OSError as error:
             raise RefMeshError(f"{path}: cannot be read ({error.strerror or error})") from error
         if entry not in self._meshes:
-            self._meshes[entry] = read_preview(entry) or _converted(path, entry)
+            self._meshes[entry] = read_preview(entry) or self.parse(path)
         self._meshes.move_to_end(entry)
         self._shrink()
         return self._meshes[entry]
@@ -50,15 +54,3 @@ class FrameStore:
         total = sum(mesh.nbytes for mesh in self._meshes.values())
         while total > self._budget and len(self._meshes) > 1:
             total -= self._meshes.popitem(last=False)[1].nbytes
-
-
-def _converted(path: Path, entry: Path) -> PreviewMesh:
-    from .meshes import read_mesh
-
-    mesh = PreviewMesh.of(read_mesh(path))
-    if entry.parent.parent.is_dir():  # created by a job; merely viewing a sequence leaves no folder behind
-        try:
-            write_preview(entry, mesh)
-        except RefMeshError as error:  # a disk that is full or read-only makes frames slower, not impossible
-            logger.info("%s", error)
-    return mesh

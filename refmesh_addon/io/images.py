@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import stat
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -31,13 +30,6 @@ _ENCODERS: dict[str, tuple[str, dict]] = {
 def images_available() -> bool:
     """Whether Pillow is installed; looks without loading it."""
     return find_spec("PIL") is not None
-
-
-def read_regular(path: Path) -> bytes:
-    """All bytes of a regular file; raises OSError for a device, a pipe or a folder, which are never opened."""
-    if not stat.S_ISREG(path.stat().st_mode):
-        raise OSError("it is not a regular file")
-    return path.read_bytes()
 
 
 def decoded(data: bytes, name: str) -> np.ndarray:

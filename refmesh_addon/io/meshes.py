@@ -10,8 +10,11 @@ from ..core.errors import RefMeshError
 from ..core.geometry.mesh import merged, triangle_areas
 from ..core.types import TriangleMesh
 from .formats import frame_format
-from .images import read_regular
 from .polygons import ParsedMesh
+from .regular_files import read_regular
+
+SMALLEST, LARGEST = 1e-30, 1e30  # diagonals, far within what single precision holds, in which Blender keeps positions
+LEAST_PRECISION = 1e-4  # step of double precision at a body, share of its diagonal; beyond that the results get visibly worse
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:
@@ -30,7 +33,7 @@ def read_mesh(path: str | Path) -> TriangleMesh:
 def read_bytes(path: str | Path) -> bytes:
     """All bytes of an input file. Raises RefMeshError, naming it, when it cannot be read or is empty."""
     try:
-        data = read_regular(Path(path))
+        data = read_regular(path)
     except OSError as error:
         raise RefMeshError(f"{path}: cannot be read ({error.strerror or error})") from error
     if not data.strip():
@@ -89,12 +92,22 @@ def _checked(path: Path, parsed: ParsedMesh) -> TriangleMesh:
             "the file is damaged or truncated"
         )
     mesh = TriangleMesh(vertices, triangles)
+    _check_size(path, mesh)
+    return mesh
+
+
+def _check_size(path: Path, mesh: TriangleMesh) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
-        area = triangle_areas(mesh).sum()
-    if not np.isfinite(area):
-        raise RefMeshError(
-            f"{path}: its coordinates are too large to compute with (up to {np.abs(vertices).max():.1e}); the file is damaged"
-        )
+        area, size = triangle_areas(mesh).sum(), mesh.diagonal
+    farthest = float(np.abs(mesh.vertices[mesh.triangles]).max())
+    if not np.isfinite(area) or size > LARGEST:
+        raise RefMeshError(f"{path}: its coordinates are too large to compute with (up to {farthest:.1e}); the file is damaged")
     if not area > 0:
         raise RefMeshError(f"{path}: all its triangles have zero area")
-    return mesh
+    if size < SMALLEST:
+        raise RefMeshError(f"{path}: is too small to compute with ({size:.1e} across); export it in another unit")
+    if np.spacing(farthest) > LEAST_PRECISION * size:
+        raise RefMeshError(
+            f"{path}: lies {farthest:.1e} from the origin, where numbers are too coarse for a body {size:.3g} across; "
+            "move it to the origin and export it again"
+        )

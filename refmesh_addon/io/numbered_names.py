@@ -101,7 +101,7 @@ def _selectors(names: Sequence[NumberedName], field: int, varying: Sequence[int]
     """The other numbers that tell sequences apart: as few as leave each frame once, and those that do not follow the frame."""
     pool = sorted((other for other in varying if other != field), key=lambda other: len({name.numbers[other] for name in names}))
     chosen: list[int] = []
-    while pool and not _each_frame_once(names, field, chosen):
+    while pool and not _each_frame_once(names, field, chosen):  # each round takes one out
         chosen.append(pool.pop(0))
     return (*chosen, *(other for other in pool if not _follows(names, other, field, chosen)))
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.errors import RefMeshError
 from .files import atomic_file
+from .regular_files import open_regular
 
 _HEADER = struct.Struct("<12siiffi")  # magic, version, points, first frame, sample rate, samples
 _MAGIC, _VERSION, _START, _RATE = b"POINTCACHE2\0", 1, 0.0, 1.0
@@ -38,7 +39,7 @@ def pc2_shape(path: str | Path) -> tuple[int, int]:
     """(samples, points) from the header of the file. Raises RefMeshError when it is missing, truncated or not a PC2 file."""
     path = Path(path)
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEADER.size)
         size = path.stat().st_size
     except OSError as error:
@@ -54,7 +55,7 @@ def pc2_shape(path: str | Path) -> tuple[int, int]:
 def read_pc2(path: str | Path) -> Iterator[np.ndarray]:
     """The samples one after the other, each (points, 3) float32. Raises RefMeshError as `pc2_shape` does."""
     count, points = pc2_shape(path)
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         file.seek(_HEADER.size)
         for _ in range(count):
             yield np.frombuffer(file.read(12 * points), dtype="<f4").reshape(points, 3)

@@ -15,6 +15,7 @@ import numpy as np
 from ..core.errors import RefMeshError
 from ..core.types import TriangleMesh
 from .files import atomic_file
+from .regular_files import read_regular
 
 
 class _Columns(NamedTuple):
@@ -108,7 +109,7 @@ def replace_positions(path: str | Path, positions: np.ndarray) -> None:
     moved = rows.copy()
     for axis, values in zip(POSITION.names, positions.T):
         moved[axis] = values
-    header = Path(path).read_bytes().partition(END)[0]
+    header = read_regular(path).partition(END)[0]
     with atomic_file(path) as file:
         file.write(header + END + moved.tobytes() + faces)
 
@@ -130,7 +131,7 @@ def _read_columns(path: str | Path, columns: _Columns, meaning: str, remedy: str
 def _read(path: str | Path, remedy: str) -> tuple[np.ndarray, bytes]:
     """What is stored of each vertex, nothing where the file is truncated, and the bytes that follow."""
     try:
-        data = Path(path).read_bytes()
+        data = read_regular(path)
     except OSError as error:
         raise RefMeshError(f"{path}: cannot be read ({error.strerror or error}); {remedy}") from error
     header, _, body = data.partition(END)

@@ -1,27 +1,30 @@
 """Frames as Blender shows them, converted once to binary files that are read in milliseconds.
 
-The key of an entry is the name of its mesh file and of its folder, size and time, so that no frame has to be read to know whether it is
-current.
-The files can be deleted at any time; they are written again.
+The key of an entry is the name of its mesh file and of its folder, size and times, so that no frame has to be read to know whether it is
+current. One of the times is that of the last change of the file itself, which cannot be set back: a file that was put in the place of
+another has a new one, whatever its size and the time of its content.
+Jobs write the entries. They can be deleted at any time.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from pathlib import Path
+from typing import Annotated, get_type_hints
 
 import numpy as np
 
-from ..core.errors import RefMeshError
+from ..core.array_layout import check_layouts
 from ..core.geometry.storage_offset import storage_offset
 from ..core.types import TriangleMesh
-from .files import write_npz
-from .sealed_npz import DAMAGE
+from .npz_reader import loaded_arrays
+from .regular_files import open_regular
 
 PREVIEW_FOLDER = Path("cache") / "preview"  # in the output folder
-SCHEMA = 2
+SCHEMA = 3
 _KEY_BYTES = 6
 
 
@@ -35,11 +38,11 @@ class PreviewMesh:
     A mesh with collapsed triangles has no edges here, as Blender supports none from a vertex to itself.
     """
 
-    vertices: np.ndarray
-    offset: np.ndarray
-    triangles: np.ndarray
-    edges: np.ndarray
-    triangle_edges: np.ndarray
+    vertices: Annotated[np.ndarray, "(V, 3) float32"]
+    offset: Annotated[np.ndarray, "(3) float64"]
+    triangles: Annotated[np.ndarray, "(T, 3) int32 < V"]
+    edges: Annotated[np.ndarray, "(E, 2) int32 < V"]
+    triangle_edges: Annotated[np.ndarray, "(N, 3) int32 < E"]
 
     @classmethod
     def of(cls, mesh: TriangleMesh) -> PreviewMesh:
@@ -66,34 +69,28 @@ class PreviewMesh:
 def preview_path(folder: str | Path, frame: Path) -> Path:
     """Where the entry of a mesh file is, or would be, in the output folder. Raises OSError when the mesh file is missing."""
     status = frame.stat()
+    times = f"{status.st_mtime_ns}:{status.st_ctime_ns}"
     key = hashlib.blake2b(
-        f"{SCHEMA}:{frame.absolute().parent.name}/{frame.name}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=_KEY_BYTES
+        f"{SCHEMA}:{frame.absolute().parent.name}/{frame.name}:{status.st_size}:{times}".encode(), digest_size=_KEY_BYTES
     ).hexdigest()
     return Path(folder) / PREVIEW_FOLDER / f"{frame.stem}-{key}.npz"
 
 
 def read_preview(path: Path) -> PreviewMesh | None:
-    """The mesh of an entry; None when there is none that can be read."""
-    arrays = read_arrays(path, [field.name for field in fields(PreviewMesh)])
-    return None if arrays is None else PreviewMesh(**arrays)
-
-
-def read_arrays(path: Path, names: Iterable[str]) -> dict[str, np.ndarray] | None:
-    """Some of the arrays of an entry; None when one of them cannot be read."""
+    """The mesh of an entry; None when there is none, or one that is damaged or holds indices that do not exist."""
+    declared = _declared()
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in names}
-    except DAMAGE:
+        with open_regular(path) as file:
+            arrays = loaded_arrays(file, declared)
+        check_layouts(arrays, declared)
+    except (OSError, ValueError):
         return None
+    return PreviewMesh(**arrays)
 
 
-def write_preview(path: Path, mesh: PreviewMesh, more: Mapping[str, np.ndarray] | None = None) -> None:
-    """An entry, with other arrays beside the mesh. Raises RefMeshError when it cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RefMeshError(f"{path.parent}: the folder cannot be created ({error.strerror or error})") from error
-    write_npz(path, {field.name: getattr(mesh, field.name) for field in fields(mesh)} | dict(more or {}))
+@cache
+def _declared() -> dict[str, str]:
+    return {name: hint.__metadata__[0] for name, hint in get_type_hints(PreviewMesh, include_extras=True).items()}
 
 
 def remove_other_previews(folder: str | Path, keep: Iterable[Path]) -> None:

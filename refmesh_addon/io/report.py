@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import tomllib
 from dataclasses import asdict, dataclass, field
@@ -15,6 +14,7 @@ from ..core.errors import RefMeshError
 from ..core.evaluation.distances import Distances
 from ..core.settings import Settings
 from .files import write_json
+from .regular_files import read_json
 from .report_schema import check_report
 from .sequence import Sequence
 
@@ -187,11 +187,11 @@ def read_report(output: str | Path) -> dict[str, object]:
     """
     path = Path(output) / REPORT_NAME
     try:
-        report = json.loads(path.read_text(encoding="utf-8"))
+        report = read_json(path)
         schema = report["schema"]
     except OSError as error:
-        raise RefMeshError(f"{path}: no report there ({error.strerror}); run RefMesh on this folder first") from error
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise RefMeshError(f"{path}: no report there ({error.strerror or error}); run RefMesh on this folder first") from error
+    except (ValueError, KeyError, TypeError) as error:
         raise RefMeshError(f"{path}: the report is damaged; run RefMesh on this folder again") from error
     if schema != SCHEMA:
         raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")

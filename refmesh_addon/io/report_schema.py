@@ -13,6 +13,10 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from types import NoneType
 from typing import Any, get_args, get_type_hints
 
+from ..core.errors import RefMeshError
+from ..core.options import check_value
+from ..core.settings import flat_fields
+
 # Fields that hold a path relative to the output folder.
 PATHS = {"reference", "playback", "visibility", "layout", "texture", "texture_mask", "deformed", "colored", "centers_playback"}
 LARGEST_NUMBER = 10**18  # of a frame or a group
@@ -37,6 +41,8 @@ def check_report(report: object, folder: Path, group: type, frame: type, place: 
         raise ValueError("'numbers' is empty")
     for key, kind in (("tracking", dict), ("settings", dict), ("seconds", dict)):
         _member(report, key, kind)
+    _check_numbers(report["groups"], report["frames"])
+    _check_settings(report["settings"])
     _check(report.get("bbox_diagonal", 0.0), float, "bbox_diagonal")
     _check(report.get("offset", [0.0, 0.0, 0.0]), tuple[float, ...], "offset")
     if len(report.get("offset", (0, 0, 0))) != 3:
@@ -46,6 +52,23 @@ def check_report(report: object, folder: Path, group: type, frame: type, place: 
         _check(spacing, float, "center_spacing")
     if report.get("centers_playback") is not None:
         _check_path(report["centers_playback"], "centers_playback", folder)
+
+
+def _check_numbers(groups: list[dict], frames: list[dict]) -> None:
+    for index, group in enumerate(groups):
+        if group["index"] != index or not group["frames"]:
+            raise ValueError(f"'groups[{index}]' has another index or no frames")
+    if len({frame["number"] for frame in frames}) < len(frames):
+        raise ValueError("'frames' has a frame twice")
+
+
+def _check_settings(settings: dict) -> None:
+    known = {item.name: item for item in flat_fields()}
+    for name in settings.keys() & known.keys():
+        try:
+            check_value(known[name], settings[name])
+        except (RefMeshError, TypeError) as error:
+            raise ValueError(str(error)) from error
 
 
 def _member(entry: Mapping[str, Any], key: str, kind: type) -> Any:

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-import tokenize
 import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
@@ -18,24 +16,9 @@ from typing import BinaryIO
 import numpy as np
 
 from .files import atomic_file
+from .npz_reader import DAMAGE, described, loaded_arrays
+from .regular_files import open_regular
 
-# What numpy.load and zipfile raise for damaged files.
-DAMAGE = (
-    OSError,
-    ArithmeticError,
-    AttributeError,
-    EOFError,
-    LookupError,
-    MemoryError,
-    RuntimeError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-    struct.error,
-    tokenize.TokenError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
 _MARK = b"refmesh "
 _DIGEST_BYTES = 16
 _SEAL_LENGTH = len(_MARK) + 2 * _DIGEST_BYTES
@@ -50,10 +33,15 @@ def write_sealed(path: Path, name: str, arrays: Mapping[str, np.ndarray]) -> Non
     """
     with atomic_file(path) as file:
         np.savez(file, **arrays)
-        file.seek(-2, 2)
-        file.write(struct.pack("<H", _SEAL_LENGTH))
-        length = file.tell()
-        file.write(_seal(file, length, name))
+        seal(file, name)
+
+
+def seal(file: BinaryIO, name: str) -> None:
+    """Adds the checksum to an archive without a comment."""
+    file.seek(-2, 2)
+    file.write(struct.pack("<H", _SEAL_LENGTH))
+    length = file.tell()
+    file.write(_seal(file, length, name))
 
 
 def read_sealed(path: Path, name: str) -> dict[str, np.ndarray]:
@@ -62,15 +50,13 @@ def read_sealed(path: Path, name: str) -> dict[str, np.ndarray]:
     Files of earlier versions, which have no comment, are held against the archive's checksums of all their members.
     """
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             _check(file, name)
-            file.seek(0)
-            with np.load(file, allow_pickle=False) as archive:
-                return {key: archive[key] for key in archive.files}
+            return loaded_arrays(file)
     except FileNotFoundError:
         raise
     except DAMAGE as error:
-        raise ValueError(f"damaged ({type(error).__name__}: {error})") from error
+        raise ValueError(f"damaged ({described(error)})") from error
 
 
 def _check(file: BinaryIO, name: str) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -14,10 +13,11 @@ from ..core.color.frame import textured
 from ..core.color.layout import Layout
 from ..core.errors import RefMeshError
 from ..core.types import TriangleMesh
-from .files import read_npz
-from .images import decoded, images_available, read_regular
+from .images import decoded, images_available
 from .meshes import read_bytes
 from .ply_colors import ply_appearance
+from .regular_files import read_regular
+from .result_arrays import read_layout
 from .texture_files import TextureFiles
 
 MOST_FRAMES = 9  # whose vertex colors are compared: all of them are in memory at once
@@ -37,13 +37,7 @@ def steady_colors(folder: Path, report: dict[str, Any], index: int, mesh: Triang
 
 
 def _texture(picture: Path, stored_layout: Path, mesh: TriangleMesh) -> Appearance:
-    try:
-        arrays = read_npz(stored_layout)
-        layout = Layout(arrays["uvs"], arrays["triangles"])
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
-        raise RefMeshError(f"{stored_layout}: cannot be read ({error}); run the Color step again") from error
-    if layout.triangles.shape != mesh.triangles.shape or layout.triangles.max(initial=0) >= len(layout.uvs):
-        raise RefMeshError(f"{stored_layout}: is the layout of another mesh; run the Color step again")
+    layout = Layout(*read_layout(stored_layout, len(mesh.triangles)))
     try:
         data = read_regular(picture)
     except OSError as error:

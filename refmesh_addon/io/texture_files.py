@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from .images import EXTENSIONS, read_regular
+from .images import EXTENSIONS
+from .regular_files import read_regular
 
 _NUMBER = re.compile(r"[0-9]+(?!.*[0-9])")  # the last one in a name
 _FOREIGN = re.compile(r"[A-Za-z]:/|/")  # a path on the machine that wrote the file

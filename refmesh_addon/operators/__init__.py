@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..bridge.sequence.raw_sequence import read_files_with
+from ..pipeline.process.reading import SHARED, read_frame
 from . import (
     bodies,
     cache,
@@ -59,8 +61,10 @@ CLASSES = tuple(cls for module in MODULES for cls in module.CLASSES)
 def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    read_files_with(read_frame)
 
 
 def unregister():
+    SHARED.close()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -11,6 +11,7 @@ from ..core.errors import RefMeshError
 from ..io.discovery import find_sequence
 from ..io.frame_range import format_ranges
 from ..io.sequence import Sequence
+from ..pipeline.process.reading import read_frame
 from ..properties.wording import for_window
 
 LINE_LENGTH = 48  # characters that fit into the sidebar of the file browser
@@ -86,10 +87,8 @@ def first_frame_size(source: str, frames: str) -> tuple[float, ...]:
         path = find_sequence(source, frames).frames[0].path
         if path.stat().st_size > MAX_BYTES:
             return ()
-        from ..io.meshes import read_mesh
-
-        return tuple(map(float, np.ptp(read_mesh(path).vertices, axis=0)))
-    except (RefMeshError, OSError):
+        return tuple(map(float, np.ptp(read_frame(path).vertices, axis=0)))
+    except (RefMeshError, OSError, ImportError):
         return ()
 
 

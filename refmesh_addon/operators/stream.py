@@ -6,6 +6,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ..bridge.scene.objects import ROOT_ROTATION
+from ..pipeline.process.remote_stream import RemoteStream, decoded_files
 from .common import SceneOperator, absolute, reporting
 
 FOLDER = "Where to write; empty takes a folder beside the file, of its name"
@@ -27,9 +28,7 @@ class REFMESH_OT_decode_stream(SceneOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        from ..io.refmesh_stream.decoding import decode_stream
-
-        written = decode_stream(absolute(self.filepath), folder_of(self))
+        written = decoded_files(absolute(self.filepath), folder_of(self))
         self.report({"INFO"}, f"wrote {len(written)} files to {written[0].parent}")
         return {"FINISHED"}
 
@@ -56,7 +55,7 @@ class REFMESH_OT_import_stream(SceneOperator, bpy.types.Operator):
     def execute(self, context):
         from ..bridge.results.stream import import_stream
 
-        root = import_stream(context.scene, absolute(self.filepath), folder_of(self), self.up_axis)
+        root = import_stream(context.scene, RemoteStream(absolute(self.filepath)), folder_of(self), self.up_axis)
         context.view_layer.objects.active = root
         return {"FINISHED"}
 

@@ -124,7 +124,7 @@ def _references(context: Context, tracking: TrackingResult, to_deform: bool) -> 
     with context.timed(REFERENCE):
         plan = first_plan(context, tracking)
         references = make_references(context, tracking, plan.grouped)
-    while to_deform and not plan.final:
+    while to_deform and not plan.final:  # ends: `segments` allows a few rounds
         with context.timed(DEFORMATION):
             deformed = deform(context, tracking, references)
         with context.timed(EVALUATION):

@@ -20,11 +20,21 @@ from refmesh_addon.io.files import write_npz
 from refmesh_addon.io.pc2 import write_pc2
 from refmesh_addon.io.ply import write_ply
 from refmesh_addon.io.report import FrameReport, GroupReport, Report
+from refmesh_addon.pipeline.process.reading import SHARED
 
 needs_bpy_module = pytest.mark.skipif(bool(bpy.app.binary_path), reason="starts a Python with bpy, which only the bpy package has")
 NUMBERS = (6, 7, 8, 10, 11)  # 9 is missing
 GROUPS = ((6, 7, 8), (10, 11))
 CENTERS = 30
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_reading_process():
+    """Serves all tests, as starting it takes longer than most of them; the add-on ends it when it is disabled."""
+    SHARED.close = lambda: None
+    yield
+    del SHARED.close
+    SHARED.close()
 
 
 @pytest.fixture

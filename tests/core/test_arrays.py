@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import dataclass, fields, replace
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -117,3 +118,45 @@ def test_a_missing_field_is_an_error(everything):
     del arrays["inner.mesh.vertices"]
     with pytest.raises(KeyError, match="vertices"):
         from_arrays(Everything, arrays)
+
+
+@dataclass(frozen=True)
+class Declared(FrozenArrays):
+    mesh: TriangleMesh
+    errors: Annotated[np.ndarray, "(V) float64"]
+    more: Annotated[np.ndarray, "(V, 2) float32"] | None = None
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"mesh.vertices": np.zeros((3, 3), np.float32)},
+        {"mesh.triangles": np.array([[0, 1, 3]], np.int32)},
+        {"errors": np.zeros((3, 1))},
+        {"more": np.zeros((2, 2), np.float32)},
+        {"foreign": np.zeros(3)},
+        {"mesh.foreign": np.zeros(3)},
+    ],
+)
+def test_arrays_of_another_shape_or_type_or_name_are_refused(changed):
+    arrays = to_arrays(Declared(MESH, np.zeros(3)))
+    assert_equal(from_arrays(Declared, arrays), Declared(MESH, np.zeros(3)))
+    with pytest.raises(ValueError, match=next(iter(changed)).split(".")[-1]):
+        from_arrays(Declared, {**arrays, **changed})
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"count": np.array(1.5)},
+        {"count": np.array([3])},
+        {"text": np.array(3)},
+        {"closed": np.array(1)},
+        {"names": np.array([1, 2])},
+        {"affinity.indices": np.array([9] * 8)},
+        {"affinity.shape": np.array([5.0, 4.0])},
+    ],
+)
+def test_numbers_texts_and_matrices_are_held_against_their_types(everything, changed):
+    with pytest.raises((ValueError, TypeError)):
+        from_arrays(Everything, {**to_arrays(everything), **changed})

@@ -10,10 +10,11 @@ import pytest
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.types import TriangleMesh
+from refmesh_addon.io.files import read_npz, write_npz
 from refmesh_addon.io.frame_store import FrameStore
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.ply import write_ply
-from refmesh_addon.io.preview import PREVIEW_FOLDER, PreviewMesh, preview_path, read_preview, remove_other_previews, write_preview
+from refmesh_addon.io.preview import PREVIEW_FOLDER, PreviewMesh, preview_path, read_preview, remove_other_previews
 
 from ..core.shapes import ball
 
@@ -34,6 +35,18 @@ def output(tmp_path) -> Path:
     """An output folder that a job has made."""
     (tmp_path / "out" / PREVIEW_FOLDER).mkdir(parents=True)
     return tmp_path / "out"
+
+
+def written(frame: Path, output: Path) -> Path:
+    """The entry of a frame, as a job writes it."""
+    entry = preview_path(output, frame)
+    write_npz(entry, vars(PreviewMesh.of(read_mesh(frame))))
+    return entry
+
+
+def make_indices_wrong(entry: Path) -> None:
+    arrays = read_npz(entry)
+    write_npz(entry, {**arrays, "triangles": arrays["triangles"] + 1})
 
 
 def test_least_recently_used_goes_first(frames, output):
@@ -60,21 +73,38 @@ def test_a_file_that_was_written_again_is_read_again(frames, output):
     assert not np.array_equal(store.read(frames[0], output).vertices, before.vertices)
 
 
-def test_cache_gives_what_the_file_holds_and_the_file_is_not_parsed_again(frames, output, monkeypatch):
+def test_cache_gives_what_the_file_holds_and_the_file_is_not_parsed_again(frames, output):
     before = FrameStore(PLENTY).read(frames[0], output)
-    monkeypatch.setattr("refmesh_addon.io.meshes.read_mesh", None)
-    again = FrameStore(PLENTY).read(frames[0], output)
+    written(frames[0], output)
+    again = FrameStore(PLENTY, parse=None).read(frames[0], output)
     for name in ("vertices", "triangles", "edges", "triangle_edges"):
         np.testing.assert_array_equal(getattr(again, name), getattr(before, name))
 
 
-@pytest.mark.parametrize("damage", [lambda path: path.write_bytes(b"PK"), lambda path: path.unlink()])
-def test_broken_cache_is_made_again(frames, output, damage):
-    FrameStore(PLENTY).read(frames[0], output)
-    entry = preview_path(output, frames[0])
+@pytest.mark.parametrize("damage", [lambda path: path.write_bytes(b"PK"), lambda path: path.unlink(), make_indices_wrong])
+def test_a_broken_entry_is_passed_over(frames, output, damage):
+    entry = written(frames[0], output)
     damage(entry)
+    assert read_preview(entry) is None
     assert len(FrameStore(PLENTY).read(frames[0], output).vertices) == len(read_mesh(frames[0]).vertices)
-    assert read_preview(entry) is not None
+
+
+def test_a_file_of_the_same_size_and_time_in_the_place_of_another_is_read_again(frames, output):
+    written(frames[0], output)
+    store, times = FrameStore(PLENTY), frames[0].stat()
+    before = store.read(frames[0], output)
+    other = frames[1].read_bytes()
+    assert len(other) == times.st_size
+    frames[0].write_bytes(other)
+    os.utime(frames[0], ns=(times.st_atime_ns, times.st_mtime_ns))
+    assert not np.array_equal(store.read(frames[0], output).vertices, before.vertices)
+    assert not np.array_equal(FrameStore(PLENTY).read(frames[0], output).vertices, before.vertices)
+
+
+def test_viewing_writes_nothing(frames, output):
+    before = sorted(output.rglob("*"))
+    FrameStore(PLENTY).read(frames[0], output)
+    assert sorted(output.rglob("*")) == before
 
 
 def test_without_an_output_folder_nothing_is_written(frames, tmp_path):
@@ -103,7 +133,7 @@ def test_collapsed_triangles_leave_the_edges_to_blender():
 
 def test_only_wanted_entries_stay(frames, output):
     entries = [preview_path(output, path) for path in frames]
-    for entry, path in zip(entries, frames, strict=True):
-        write_preview(entry, PreviewMesh.of(read_mesh(path)))
+    for path in frames:
+        written(path, output)
     remove_other_previews(output, entries[:1])
     assert list((output / PREVIEW_FOLDER).iterdir()) == entries[:1]

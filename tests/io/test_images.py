@@ -6,7 +6,8 @@ from PIL import Image
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io import images
-from refmesh_addon.io.images import decoded, read_regular, write_image
+from refmesh_addon.io.images import decoded, write_image
+from refmesh_addon.io.regular_files import read_regular
 from tests.io.colored import encoded, picture
 
 GRADIENT = np.arange(256, dtype=np.uint8).reshape(16, 16)

@@ -98,3 +98,18 @@ def test_deeply_nested_json_is_refused(valid):
 def test_a_place_without_three_numbers_is_refused(valid, position):
     with pytest.raises(RefMeshError, match="far_places"):
         read_report(changed(valid, lambda data: data["far_places"][0].__setitem__("position", position)))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda data: data["groups"][0].update(frames=[]),
+        lambda data: data["groups"][0].update(index=1),
+        lambda data: data["frames"][0].update(number=2),
+        lambda data: data["settings"].update(centers="many"),
+        lambda data: data["settings"].update(texture=[]),
+    ],
+)
+def test_entries_that_refer_to_nothing_and_wrong_settings_are_refused(valid, change):
+    with pytest.raises(RefMeshError, match=r"report\.json: the report is damaged"):
+        read_report(changed(valid, change))

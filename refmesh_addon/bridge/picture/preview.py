@@ -13,10 +13,11 @@ from mathutils import Euler, Matrix
 from ...core.errors import RefMeshError
 from ...core.evaluation import error_scale
 from ...core.types import TriangleMesh
-from ...io.files import output_folder, read_npz
+from ...io.files import output_folder
 from ...io.ply import read_surface
 from ...io.preview import PreviewMesh
 from ...io.report import read_report
+from ...io.result_arrays import read_layout
 from ..results.heat_map import read_error_colors
 from ..results.textures import load_image
 from ..scene.materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, image_material, plain_material
@@ -86,8 +87,8 @@ def _read_colored(scene: bpy.types.Scene, path: Path) -> bpy.types.Object:
 def _textured(scene: bpy.types.Scene, results: Path, group: dict, deformed: str, picture: str) -> bpy.types.Object:
     """The deformed mesh with a picture on the layout of its group."""
     actor = _actor(scene, read_surface(results / deformed), image_material(f"RefMesh {picture}", load_image(results / picture)))
-    layout = read_npz(results / group["layout"])
-    set_uvs(actor.data, layout["uvs"][layout["triangles"]])
+    uvs, triangles = read_layout(results / group["layout"], len(actor.data.polygons))
+    set_uvs(actor.data, uvs[triangles])
     return actor
 
 

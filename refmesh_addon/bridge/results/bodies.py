@@ -9,11 +9,11 @@ import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.reference.marks import Marks, marks_as_text, parse_marks
+from ...io.result_arrays import read_centers
 from ..scene.paths import absolute_path
 from ..sequence.raw_sequence import frame_at
 from .center_colors import set_attributes
 from .centers import deselect_centers, selected_centers
-from .reading import read_centers
 
 
 def mark_body(owner: bpy.types.Object, body: int | None, scene_frame: int) -> int:

@@ -17,7 +17,7 @@ from .centers import show_centers
 from .freshness import fingerprint
 from .groups import arrange, place_results, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
 from .own_mesh import find_own_mesh
-from .reading import Results
+from .reading import Results, centers_playback
 from .status import used_settings
 from .textures import show_textures
 from .visibility import present_kinds, show_newest
@@ -62,7 +62,7 @@ def scene_updates(results: Results, kinds: set[str] | None = None) -> Iterator[S
 def _show_centers(owner: bpy.types.Object, results: Results) -> None:
     report = results.report
     first = known_frames(owner)[report["sequence"]["numbers"][0]]
-    cache = results.folder / report["centers_playback"]
+    cache = centers_playback(results.folder, report)
     show_centers(owner, results.positions[0], cache, first, results.spacing, results.attributes)
 
 

@@ -15,6 +15,8 @@ from ...io.ply import write_ply
 from ..scene.far_origin import offset_of
 from ..scene.geometry_update import OWN_MESH
 from ..scene.meshes import read_positions
+from ..scene.paths import absolute_path
+from ..sequence.raw_sequence import read_frame
 
 FILE_NAME = "own_mesh.ply"  # in the output folder: what the job reads
 # Operators that read a file with its polygons, by suffix; the axes leave coordinates as they are.
@@ -68,8 +70,11 @@ def find_own_mesh(owner: bpy.types.Object, path: str) -> str:
         return ""
     if state.own_mesh is not None and state.own_mesh.get(OWN_MESH) == path:
         return ""
+    if not state.settings.mesh or absolute_path(owner, state.settings.mesh) != Path(path):  # results from elsewhere can name any file
+        state.own_mesh = None
+        return f"{path}: made over the take and shown as triangles; set it as Own Mesh and load the results again to keep its polygons"
     try:
-        mesh = _imported(Path(path))
+        mesh = _imported(owner, Path(path))
     except RefMeshError as error:
         return str(error)
     if mesh is None:
@@ -92,14 +97,12 @@ def _triangulated(mesh: bpy.types.Mesh) -> TriangleMesh:
     return TriangleMesh(read_positions(mesh).astype(np.float64), corners.reshape(-1, 3))
 
 
-def _imported(path: Path) -> bpy.types.Mesh | None:
+def _imported(owner: bpy.types.Object, path: Path) -> bpy.types.Mesh | None:
     """The polygons of a file, where Blender reads the same vertices in the same order as the job; otherwise None."""
-    from ...io.meshes import read_mesh
-
     importer = IMPORTERS.get(path.suffix.lower())
     if importer is None:
         return None
-    expected, active = read_mesh(path), bpy.context.view_layer.objects.active
+    expected, active = read_frame(path, absolute_path(owner, owner.refmesh.output)), bpy.context.view_layer.objects.active
     selected, before = list(bpy.context.selected_objects), set(bpy.data.objects)
     getattr(bpy.ops.wm, importer)(filepath=str(path), **AXES)
     objects = [item for item in bpy.data.objects if item not in before]
@@ -109,8 +112,9 @@ def _imported(path: Path) -> bpy.types.Mesh | None:
     for item in selected:
         item.select_set(True)
     bpy.context.view_layer.objects.active = active
-    fits = len(meshes) == 1 and len(meshes[0].vertices) == len(expected.vertices)
-    if fits and np.allclose(read_positions(meshes[0]), expected.vertices, rtol=1e-5, atol=1e-6 * expected.diagonal):
+    positions, size = expected.vertices + expected.offset, float(np.linalg.norm(np.ptp(expected.vertices, axis=0)))
+    fits = len(meshes) == 1 and len(meshes[0].vertices) == len(positions)
+    if fits and np.allclose(read_positions(meshes[0]), positions, rtol=1e-5, atol=1e-6 * size):
         return meshes[0]
     for mesh in meshes:
         bpy.data.meshes.remove(mesh)

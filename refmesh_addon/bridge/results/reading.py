@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.findings import CENTER_ATTRIBUTES
-from ...io.files import CENTERS_NAME, read_npz
 from ...io.ply import read_surface
 from ...io.preview import PreviewMesh
-from ...io.report import read_report, stored_offset
+from ...io.report import REPORT_NAME, read_report, stored_offset
+from ...io.result_arrays import read_centers
 from ..scene.playback import check_cache
 from .centers import spacing
 
@@ -42,33 +41,26 @@ def read_results(folder: Path, known: dict[int, int]) -> Results:
     broken, or of another sequence.
     """
     report = read_report(folder)
-    foreign = [number for number in report["sequence"]["numbers"] if number not in known]
+    numbers = (*report["sequence"]["numbers"], *(number for group in report["groups"] for number in group["frames"]))
+    foreign = [number for number in numbers if number not in known]
     if foreign:
         raise RefMeshError(
-            f"{folder / 'report.json'}: has frame {foreign[0]}, which is not in this sequence; choose the results of this sequence"
+            f"{folder / REPORT_NAME}: has frame {foreign[0]}, which is not in this sequence; choose the results of this sequence"
         )
     centers = read_centers(folder)
     offset = stored_offset(report)
     positions = centers["positions"] - offset
-    check_cache(folder / report["centers_playback"], positions.shape[1])
+    check_cache(centers_playback(folder, report), positions.shape[1])
     center_spacing = report["tracking"].get("center_spacing") or spacing(positions[0])
     attributes = {name: centers[name] for name in CENTER_ATTRIBUTES if name in centers}
     return Results(folder, report, offset, positions, center_spacing, attributes, _read_references(folder, report["groups"], offset))
 
 
-def read_centers(folder: Path) -> dict[str, np.ndarray]:
-    """The tracked centers in an output folder: `frames`, `positions` and their attributes.
-
-    Raises RefMeshError, naming the file, when it is missing or damaged.
-    """
-    path = folder / CENTERS_NAME
-    try:
-        arrays = read_npz(path)
-        if "frames" not in arrays or arrays["positions"].ndim != 3:
-            raise ValueError("it holds no centers")
-        return arrays
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
-        raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
+def centers_playback(folder: Path, report: dict) -> Path:
+    """The point cache of the centers. Raises RefMeshError where the report names none."""
+    if not report.get("centers_playback"):
+        raise RefMeshError(f"{folder / REPORT_NAME}: names no playback of the centers; run the Track step again")
+    return folder / report["centers_playback"]
 
 
 def _read_references(folder: Path, groups: list[dict], offset: np.ndarray) -> list[PreviewMesh]:

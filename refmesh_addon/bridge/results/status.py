@@ -69,7 +69,19 @@ def export_note(state) -> str:
 
 
 def _results(state) -> dict:
-    return json.loads(state.results) if state.results else {"settings": {}, "frames": "", "seconds": {}}
+    known = known_results(state)
+    return known if known else {"settings": {}, "frames": "", "seconds": {}}
+
+
+def known_results(state) -> dict:
+    """What `used_settings` has noted; {} where there is nothing, or something else in a scene from elsewhere."""
+    try:
+        known = json.loads(state.results)
+    except (ValueError, RecursionError):
+        return {}
+    shapes = {"settings": dict, "frames": str, "seconds": dict}
+    fits = isinstance(known, dict) and all(isinstance(known.get(name), kind) for name, kind in shapes.items())
+    return known if fits and all(isinstance(value, (int, float)) for value in known["seconds"].values()) else {}
 
 
 def changes_of(results: dict, stage: str, settings: dict[str, object], frames: str) -> list[str]:

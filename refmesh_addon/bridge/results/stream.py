@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Protocol
 
 import bpy
 import numpy as np
@@ -11,7 +12,6 @@ from ...core.geometry.storage_offset import storage_offset
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.pc2 import write_pc2
-from ...io.refmesh_stream.reader import StreamReader
 from ...io.refmesh_stream.writer import FrameGroup
 from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, new_root
@@ -19,14 +19,23 @@ from ..scene.playback import play_cache, show_only_between
 from .groups import deformed_material
 
 
-def import_stream(scene: bpy.types.Scene, path: Path, folder: Path, up_axis: str) -> bpy.types.Object:
+class Stream(Protocol):
+    """A .refmesh file.  path : of it.  numbers : of the frames of each group, in the order of the file."""
+
+    path: Path
+    numbers: list[tuple[int, ...]]
+
+    def group(self, index: int) -> FrameGroup:
+        """Decodes one group. Raises RefMeshError where it is damaged."""
+
+
+def import_stream(scene: bpy.types.Scene, reader: Stream, folder: Path, up_axis: str) -> bpy.types.Object:
     """Adds the objects below a new root, which is returned; point caches go to the folder. The first frame is scene frame 1.
 
     Raises RefMeshError for a file that is damaged or cannot be written.
     """
-    reader = StreamReader(path)
-    target, stem = output_folder(folder), path.stem
-    starts = [entry.numbers[0] - reader.entries[0].numbers[0] + 1 for entry in reader.entries]
+    target, stem = output_folder(folder), reader.path.stem
+    starts = [numbers[0] - reader.numbers[0][0] + 1 for numbers in reader.numbers]
     first = reader.group(0)
     offset = storage_offset(first.positions[0].min(axis=0), first.positions[0].max(axis=0))
     root = new_root(scene, stem, up_axis, 1.0, offset)

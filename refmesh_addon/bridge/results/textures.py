@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ...io.files import read_npz
+from ...io.result_arrays import read_layout
 from ..scene.geometry_update import OWN_MESH
 from ..scene.materials import image_material
 from ..scene.meshes import UV_NAME, set_uvs
@@ -22,8 +22,8 @@ def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
     for group, entry in zip(owner.refmesh.groups, report["groups"]):
         for member in (group.reference, group.deformed):
             if member is not None and textured and OWN_MESH not in member.data:
-                layout = read_npz(folder / entry["layout"])
-                set_uvs(member.data, layout["uvs"][layout["triangles"]])
+                uvs, triangles = read_layout(folder / entry["layout"], len(member.data.polygons))
+                set_uvs(member.data, uvs[triangles])
     if not textured:
         show_surface_color(owner)
         return

@@ -6,6 +6,7 @@ Only this preview needs the add-on; results play through `scene.playback`. Showi
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -29,6 +30,11 @@ _store = FrameStore(MEMORY_BUDGET)
 def set_memory_budget(megabytes: int) -> None:
     """Sets how much memory recently shown frames may take."""
     _store.set_budget(megabytes * MEGABYTE)
+
+
+def read_files_with(parse: Callable[[Path], PreviewMesh]) -> None:
+    """Sets who reads the files of frames: a process of its own, which they cannot harm."""
+    _store.parse = parse
 
 
 def forget_frames() -> None:

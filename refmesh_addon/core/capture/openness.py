@@ -30,7 +30,7 @@ def capped_share(mesh: TriangleMesh, closed: TriangleMesh) -> float:
 
 def compactness(closed: TriangleMesh, volume: float) -> float:
     """Isoperimetric quotient of a closed mesh, 1 for a ball, 0 for a sheet; volume : that it encloses, scene units cubed."""
-    return float(36 * np.pi * volume**2 / triangle_areas(closed).sum() ** 3)
+    return float(36 * np.pi * (volume / triangle_areas(closed).sum() ** 1.5) ** 2)  # lengths to the sixth power would overflow
 
 
 # From the most to the least complete. A layer is what fusing the depth of one camera leaves: closed, but with a back that nothing showed.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -28,8 +29,8 @@ class BakedFrame(FrozenArrays):
     for a frame without color.  error : of unlit pictures of the result against the source, None for vertex colors.
     """
 
-    colors: np.ndarray
-    seen: np.ndarray
+    colors: Annotated[np.ndarray, "(N, 3) uint8"]
+    seen: Annotated[np.ndarray, "(N) bool"]
     error: PictureError | None = None
 
 

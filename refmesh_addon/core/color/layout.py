@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -19,8 +20,8 @@ class Layout(FrozenArrays):
     triangles : (S, 3) int32, indices into `uvs`; row t belongs to triangle t of the mesh, corner by corner.
     """
 
-    uvs: np.ndarray
-    triangles: np.ndarray
+    uvs: Annotated[np.ndarray, "(U, 2) float64"]
+    triangles: Annotated[np.ndarray, "(S, 3) int32 < U"]
 
     @property
     def corners(self) -> np.ndarray:

@@ -44,7 +44,7 @@ def flow_between(first: np.ndarray, second: np.ndarray, mask: np.ndarray) -> Flo
 def _flow(first: np.ndarray, second: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Offsets (H, W, 2) and the smallest eigenvalue (H, W) of the structure tensor at full resolution."""
     levels = [(first, second, mask.astype(np.float32))]
-    while min(levels[-1][0].shape) >= 2 * SMALLEST:
+    while min(levels[-1][0].shape) >= 2 * SMALLEST:  # halves
         levels.append(_halved(*levels[-1]))
     offsets = np.zeros((*levels[-1][0].shape, 2), np.float32)
     structure = np.zeros(first.shape, np.float32)

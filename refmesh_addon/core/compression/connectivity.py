@@ -88,7 +88,7 @@ class _Encoder:
 def decoded_triangles(coder: Coder, triangles: int, count: int) -> np.ndarray:
     """(T, 3) int64, what `encoded_triangles` coded. Raises ValueError where that cannot have been written by it."""
     region, gate = Region(), -1
-    while len(region.triangles) < triangles:
+    while len(region.triangles) < triangles:  # ends: each round adds a triangle or shuts a gate
         if gate < 0:
             region.seed(*_distinct(_seed_vertex(coder, region, count) for _ in range(3)))
             gate = region.next_gate()

@@ -45,7 +45,7 @@ class Hierarchy(FrozenArrays):
 def vertex_hierarchy(triangles: np.ndarray, count: int) -> Hierarchy:
     """The levels of (T, 3) triangles over `count` vertices; the same on every platform."""
     left, remaining, levels = triangles.astype(np.int64), np.ones(count, dtype=bool), []
-    while remaining.sum() > COARSEST:
+    while remaining.sum() > COARSEST:  # each round removes at least LEAST_SHARE
         adjacency = neighbors(left, count)
         fine = _independent(adjacency, remaining)
         if len(fine) < LEAST_SHARE * remaining.sum():

@@ -22,7 +22,7 @@ def spread_nodes(lengths: sparse.csr_matrix, count: int) -> np.ndarray:
     nodes = np.unique(component, return_index=True)[1][largest].tolist()
     distances = csgraph.dijkstra(lengths, indices=nodes, min_only=True)
     distances[np.isinf(distances)] = 0.0  # of components without a node
-    while len(nodes) < count and distances.max() > 0:
+    while len(nodes) < count and distances.max() > 0:  # each round adds a node
         nodes.append(int(np.argmax(distances)))
         new = csgraph.dijkstra(lengths, indices=nodes[-1], limit=float(distances.max()))
         distances = np.minimum(distances, new)

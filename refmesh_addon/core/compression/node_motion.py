@@ -94,7 +94,7 @@ def _earlier_nodes(places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Batches of nodes, (B,), and the (B, NEAREST) nearest nodes of all batches before; none for the first."""
     count = len(places)
     batches, start = [(np.arange(min(FIRST, count)), np.zeros((min(FIRST, count), 0), dtype=np.int64))], FIRST
-    while start < count:
+    while start < count:  # doubles
         batch = np.arange(start, min(2 * start, count))
         difference = places[batch, None] - places[None, :start]
         square = difference[..., 0] ** 2 + difference[..., 1] ** 2 + difference[..., 2] ** 2

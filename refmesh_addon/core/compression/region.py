@@ -58,7 +58,7 @@ class Region:
 
     def next_gate(self) -> int:
         """The oldest open gate, -1 when there is none."""
-        while self.waiting:
+        while self.waiting:  # each round takes one out
             gate = self.waiting[0]
             if self.open[gate]:
                 return gate

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -60,13 +61,13 @@ class DeformedFrame(FrozenArrays):
     rotation_vectors : (R, 3) rotation of the surroundings of each vertex by the centers, axis times angle in radians.
     """
 
-    vertices: np.ndarray
-    keypoints: np.ndarray
-    keypoint_targets: np.ndarray
-    held: np.ndarray
-    hidden: np.ndarray
-    curled: np.ndarray
-    rotation_vectors: np.ndarray
+    vertices: Annotated[np.ndarray, "(R, 3) float64"]
+    keypoints: Annotated[np.ndarray, "(K) integer"]
+    keypoint_targets: Annotated[np.ndarray, "(K, 3) float64"]
+    held: Annotated[np.ndarray, "(R) bool"]
+    hidden: Annotated[np.ndarray, "(R) bool"]
+    curled: Annotated[np.ndarray, "(S) bool"]
+    rotation_vectors: Annotated[np.ndarray, "(R, 3) float64"]
 
     @property
     def rotations(self) -> np.ndarray:

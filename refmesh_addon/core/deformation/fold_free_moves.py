@@ -28,7 +28,7 @@ def _moved(facing: Facing, vertices: np.ndarray, goal: np.ndarray, chosen: np.nd
     Those that stay may fold their neighbors in turn, which then stay as well: at worst all do.
     """
     moved, changed, stay = np.where(chosen[:, None], goal, vertices), chosen, np.zeros(len(vertices), dtype=bool)
-    while len(corners := facing.newly_folded_corners(moved, changed, folded)):
+    while len(corners := facing.newly_folded_corners(moved, changed, folded)):  # V rounds at most
         changed = np.zeros(len(vertices), dtype=bool)
         changed[corners] = chosen[corners] & ~stay[corners]
         stay |= changed

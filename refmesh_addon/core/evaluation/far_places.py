@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -26,9 +27,9 @@ class FarPlaces(FrozenArrays):
     areas : (N,) of each part, shares of the surface.
     """
 
-    distances: np.ndarray
-    positions: np.ndarray
-    areas: np.ndarray
+    distances: Annotated[np.ndarray, "(N) float64"]
+    positions: Annotated[np.ndarray, "(N, 3) float64"]
+    areas: Annotated[np.ndarray, "(N) float64"]
 
 
 def extra_places(deformed: SurfaceIndex, source: SurfaceIndex, closest: ClosestPoints) -> FarPlaces:

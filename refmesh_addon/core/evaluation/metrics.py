@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class MeasuredFrame(FrozenArrays):
     """
 
     distances: TwoSidedDistance
-    errors: np.ndarray
+    errors: Annotated[np.ndarray, "(R) float64"]
     extra: FarPlaces
     missing: FarPlaces
 

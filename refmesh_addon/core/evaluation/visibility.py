@@ -61,7 +61,7 @@ def _faced(deformed: SurfaceIndex, samples: SampledSurface, depths: np.ndarray) 
     """(N,) bool, whether a part of the deformed surface that faces the point is nearer than the source, `depths` away."""
     result, triangles = np.zeros(len(depths), dtype=bool), triangle_normals(deformed.mesh)
     top, bottom = 0.0, FIRST_BAND * depths.max(initial=0.0)
-    while (depths > top).any():
+    while (depths > top).any() and bottom > 0:  # ends: bands grow by BAND_RATIO until they reach the greatest depth
         band = np.flatnonzero((depths > top) & (depths <= bottom))
         normals = samples.normals[band]
         opposite = lambda query, triangle, normals=normals: row_dot(normals[query], triangles[triangle]) < OPPOSITE

@@ -88,7 +88,7 @@ class SurfaceIndex:
         points = np.asarray(points, dtype=np.float64)
         search = _Search(self, points - self._origin, float(max_distance), allowed)
         active, count = _in_blocks(search.try_spheres, np.arange(len(points)), BLOCK // FIRST), MORE * FIRST
-        while len(active):
+        while len(active):  # ends: the count grows until it is that of all corners
             active = _in_blocks(partial(search.try_corners, count=count), active, max(1, BLOCK // count))
             if count >= self.corner_index.tree.n:
                 break

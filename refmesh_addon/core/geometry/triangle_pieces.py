@@ -45,7 +45,7 @@ def bisected(nodes: np.ndarray, triangles: np.ndarray, longest: np.ndarray) -> P
     """
     owners, pieces = np.arange(len(longest)), triangles
     fine, most = COARSEST * np.median(longest), MOST_PIECES * len(longest) + SPARE_PIECES
-    while True:
+    while True:  # ends: each round adds a piece, up to `most`
         large = longest > max(fine, BATCH * longest.max())
         if not large.any() or len(owners) + large.sum() > most:
             return Pieces(nodes, pieces, owners, longest)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -33,10 +34,10 @@ class OrientedPoints(FrozenArrays):
     holes : (P,) int32, the hole of the anchor frame that a point lies over; -1 for none.
     """
 
-    points: np.ndarray
-    normals: np.ndarray
-    on_cap: np.ndarray
-    holes: np.ndarray
+    points: Annotated[np.ndarray, "(P, 3) float64"]
+    normals: Annotated[np.ndarray, "(P, 3) float64"]
+    on_cap: Annotated[np.ndarray, "(P) bool"]
+    holes: Annotated[np.ndarray, "(P) int32"]
 
     def where(self, chosen: np.ndarray) -> OrientedPoints:
         """Those that are marked in `chosen`."""

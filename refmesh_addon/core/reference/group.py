@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -34,7 +35,7 @@ class GroupCenters(FrozenArrays):
     anchor : index of the anchor frame in the group.  stress : of the reference centers, as `reference_centers` gives it.
     """
 
-    positions: np.ndarray
+    positions: Annotated[np.ndarray, "(C, 3) float64"]
     affinity: sparse.csr_matrix
     spacing: float
     anchor: int
@@ -49,7 +50,7 @@ class AlignedFrame(FrozenArrays):
     iou_before, iou_after : overlap with the anchor frame, before and after alignment, 0 to 1.
     """
 
-    targets: np.ndarray
+    targets: Annotated[np.ndarray, "(C, 3) float64"]
     surface: OrientedPoints
     iou_before: float
     iou_after: float

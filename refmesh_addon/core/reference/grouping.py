@@ -71,7 +71,7 @@ def content_groups(
             if cost < cheapest[stop]:
                 cheapest[stop], start_of[stop] = cost, start
     groups, stop = [], count
-    while stop:
+    while stop:  # falls: a group begins before it ends
         groups.append(tuple(range(start_of[stop], stop)))
         stop = start_of[stop]
     return groups[::-1]

@@ -71,7 +71,7 @@ def _divided(graph: sparse.csr_matrix, seeded: np.ndarray) -> np.ndarray:
     """(C,) bodies of a graph with some known nodes, (C,) or -1: cut in two where two bodies are connected, then each piece again."""
     result = seeded.copy()
     pieces = [np.arange(len(seeded))]
-    while pieces:
+    while pieces:  # each cut leaves a piece with one body less
         nodes = pieces.pop()
         count, label = csgraph.connected_components(graph[nodes][:, nodes], directed=False)
         for piece in (nodes[label == number] for number in range(count)):

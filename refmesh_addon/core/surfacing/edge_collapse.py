@@ -29,7 +29,7 @@ def collapsed(mesh: TriangleMesh, triangles: int, frozen: np.ndarray) -> tuple[T
     center, scale = mesh.vertices.mean(axis=0), mesh.diagonal
     vertices, faces = (mesh.vertices - center) / scale, mesh.triangles.astype(np.int64)
     quadrics, refused = _Quadrics(mesh.moved(vertices)), np.zeros(0, dtype=np.int64)
-    while len(faces) > triangles:
+    while len(faces) > triangles:  # ends: each round refuses an edge for good or removes one
         edges, opposite = _inner_edges(faces, len(vertices))
         keys = edges @ [len(vertices), 1]
         positions, costs = quadrics.best_positions(vertices, edges, keys)

@@ -6,6 +6,7 @@ Source: Dvorak et al. 2022 (affinity over time with a falloff) and Dvorak et al.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -36,10 +37,10 @@ class Affinity(FrozenArrays):
     centers : C.  spacing : s, scene units.
     """
 
-    first: np.ndarray
-    second: np.ndarray
-    separation: np.ndarray
-    agreement: np.ndarray
+    first: Annotated[np.ndarray, "(N) int32"]
+    second: Annotated[np.ndarray, "(N) int32"]
+    separation: Annotated[np.ndarray, "(N) float64"]
+    agreement: Annotated[np.ndarray, "(N) float64"]
     centers: int
     spacing: float
 

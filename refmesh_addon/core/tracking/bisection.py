@@ -20,7 +20,7 @@ def equal_parts(samples: VolumeSamples, count: int) -> np.ndarray:
     """Centroids (count, 3) of `count` parts of the volume with about the same mass, in an order that follows the cuts."""
     centroids = np.empty((count, 3))
     pending = [(np.arange(len(samples.masses)), 0, count)]
-    while pending:
+    while pending:  # the parts of a range are halved, down to one
         chosen, first, parts = pending.pop()
         positions, masses = samples.positions[chosen], samples.masses[chosen]
         centroid = np.average(positions, axis=0, weights=masses)

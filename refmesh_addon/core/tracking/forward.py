@@ -8,6 +8,7 @@ together, so that a pull which acts at the surface only moves a whole limb. Most
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -37,8 +38,8 @@ class TrackedFrame(FrozenArrays):
     cells : of the centers in this frame's volume.  arap_energy : in s^2.  steps : number of steps.
     """
 
-    centers: np.ndarray
-    before: np.ndarray
+    centers: Annotated[np.ndarray, "(C, 3) float64"]
+    before: Annotated[np.ndarray, "(C, 3) float64"]
     affinity: Affinity
     cells: Cells
     arap_energy: float

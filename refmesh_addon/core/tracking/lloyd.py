@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -25,9 +26,9 @@ class Cells(FrozenArrays):
     a center that owns nothing has its nearest sample as centroid.  energy : mean squared distance to the owner.
     """
 
-    masses: np.ndarray
-    centroids: np.ndarray
-    second: np.ndarray
+    masses: Annotated[np.ndarray, "(C) float64"]
+    centroids: Annotated[np.ndarray, "(C, 3) float64"]
+    second: Annotated[np.ndarray, "(C, 3, 3) float64"]
     energy: float
 
     @property

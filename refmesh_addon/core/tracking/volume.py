@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -25,8 +26,8 @@ class VolumeSamples(FrozenArrays):
     masses : (N,) float64, filled voxels in the block.  spacing : edge of a block, scene units.
     """
 
-    positions: np.ndarray
-    masses: np.ndarray
+    positions: Annotated[np.ndarray, "(N, 3) float64"]
+    masses: Annotated[np.ndarray, "(N) float64"]
     spacing: float
 
     @cached_property

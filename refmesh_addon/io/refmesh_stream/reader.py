@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.compression.group import decoded_group
 from ...core.errors import RefMeshError
+from ..regular_files import open_regular
 from .decoder import Decoder
 from .layout import HEAD, Entry, group_head, index_place, unpacked_index
 from .writer import FrameGroup
@@ -52,7 +53,7 @@ class StreamReader:
             raise RefMeshError(f"{self.path}: {where} are damaged ({error}); copy or export the file again") from error
 
     def _bytes(self, offset: int, size: int) -> bytes:
-        with open(self.path, "rb") as file:
+        with open_regular(self.path) as file:
             file.seek(offset)
             return file.read(size)
 

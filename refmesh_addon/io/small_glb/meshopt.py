@@ -129,7 +129,7 @@ class _Triangles:
     def _write_index(self, vertex: int) -> None:
         delta = vertex - self.last
         value = (delta << 1) ^ (delta >> 31)
-        while value > 0x7F:
+        while value > 0x7F:  # five rounds at most
             self.data.append(value & 0x7F | 0x80)
             value >>= 7
         self.data.append(value)

@@ -44,12 +44,12 @@ class _Walk:
         return min(self._live[corner] for corner in corners), third not in self._vertices
 
     def _elsewhere(self) -> int:
-        while self._older:
+        while self._older:  # each round takes one out
             edge = self._older.pop()
             for index in self._at_edge[edge]:
                 if self._left[index]:
                     return index
-        while not self._left[self._scan]:
+        while not self._left[self._scan]:  # called only while a triangle is left
             self._scan += 1
         return self._scan
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from ...core.errors import RefMeshError
 from ...core.settings import STAGES
 from ...io.files import output_folder, write_json
+from ...io.regular_files import read_json
 from ..session.job import STAGE_WEIGHTS, JobSpec
 from .forecast import STEPS, UNMEASURED, StageTime
 
@@ -67,7 +68,7 @@ def _key(stage: str, spec: JobSpec) -> str:
 
 def _read() -> dict:
     try:
-        known = json.loads(measurements_path().read_text(encoding="utf-8"))
+        known = read_json(measurements_path())
     except (OSError, ValueError):
         return {}
     return known if isinstance(known, dict) else {}

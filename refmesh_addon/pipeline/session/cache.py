@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.array_layout import check_layouts
 from ...core.arrays import Arrays, Result, from_arrays, to_arrays
 from ...io.files import output_folder
 from ...io.sealed_npz import read_sealed, write_sealed
@@ -52,13 +53,16 @@ class Cache:
         """Where the entry is, or would be."""
         return self.folder / f"{name}-{key[:KEY_LENGTH]}.npz"
 
-    def load(self, name: str, key: str) -> Arrays | None:
-        """The arrays of an entry; None when it is absent."""
+    def load(self, name: str, key: str, declared: Mapping[str, str] | None = None) -> Arrays | None:
+        """The arrays of an entry; None when it is absent.  declared : what they must be, as in `check_layouts`."""
         path = self.path(name, key)
         if not self._resume and path not in self._written:
             return None
         try:
-            return read_sealed(path, self._sealed_name(path))
+            arrays = read_sealed(path, self._sealed_name(path))
+            if declared is not None:
+                check_layouts(arrays, declared)
+            return arrays
         except FileNotFoundError:
             return None
         except ValueError as error:
@@ -75,9 +79,11 @@ class Cache:
         self._written.add(path)
         self.remove_stale(name, keep=[key])
 
-    def load_or_make(self, name: str, key: str, make: Callable[[], Mapping[str, np.ndarray]]) -> Arrays:
-        """The arrays of an entry; computed by `make` and written first where it is absent."""
-        arrays = self.load(name, key)
+    def load_or_make(
+        self, name: str, key: str, make: Callable[[], Mapping[str, np.ndarray]], declared: Mapping[str, str] | None = None
+    ) -> Arrays:
+        """The arrays of an entry; computed by `make` and written first where it is absent.  declared : as in `load`."""
+        arrays = self.load(name, key, declared)
         if arrays is None:
             arrays = _in_c_order(make())
             self.save(name, key, arrays)
@@ -88,7 +94,7 @@ class Cache:
         arrays = self.load(name, key)
         try:
             return None if arrays is None else from_arrays(kind, arrays)
-        except (LookupError, TypeError, ValueError) as error:  # written by a version that kept other fields
+        except (LookupError, TypeError, ValueError) as error:  # written by a version that kept other fields, or by somebody else
             self._warn_of(self.path(name, key), error)
             return None
 

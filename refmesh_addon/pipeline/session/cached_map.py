@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 from ...core.arrays import Result
 from ...core.errors import RefMeshError
 from .cache import Cache
+from .parallel import WorkerDied
 from .part import PartDone
 from .session import Session
 from .stage_share import StageShare
@@ -28,13 +29,14 @@ class WorkUnit:
     entry : name of its result in the cache.  key : digest of all that the result depends on.
     arguments : gives the arguments of the stage's function by value: arrays, numbers, texts and dataclasses of these. It is called
     when a process is about to be free, so that those of a long take are never in memory together.
-    frame : number of the frame that progress names, None where it is no single frame.
+    frame : number of the frame that progress names, None where it is no single frame.  subject : what an error names, such as a file.
     """
 
     entry: str
     key: str
     arguments: Callable[[], tuple]
     frame: int | None = None
+    subject: str = ""
 
 
 class CachedResults(Mapping[Name, Result], Generic[Name, Result]):
@@ -100,9 +102,9 @@ def finished_units(
     share.skip(session.notify, 1 - len(missing) / max(len(own), 1))
     yield from units.keys() - set(missing)
     progress = _Progress(session, share, len(own), len(own) - len(missing))
-    tasks = (units[name].arguments() for name in missing)
-    for index, outcome in session.workers.map(function if failed is None else partial(_attempted, function), tasks, progress.tell):
-        name = missing[index]
+    for name, outcome in _outcomes(session, function if failed is None else partial(_attempted, function), units, missing, progress.tell):
+        if failed is None and isinstance(outcome, WorkerDied):
+            raise outcome
         if failed is not None and isinstance(outcome, RefMeshError):
             failed(name, outcome)
         else:
@@ -111,6 +113,24 @@ def finished_units(
         progress.advance(units[name].frame)
     if session.part is not None and share == session.part.step:
         raise PartDone
+
+
+def _outcomes(
+    session: Session, function: Callable, units: Mapping[Name, WorkUnit], names: list[Name], tell: Callable[[], None]
+) -> Iterator[tuple[Name, Any]]:
+    """(name, what the function returns) of each unit; WorkerDied, which names it, of one that ends the process that works on it."""
+    left = list(names)
+    while left:  # each round but the last leaves a unit that ends its process behind
+        done = set()
+        try:
+            for index, outcome in session.workers.map(function, (units[name].arguments() for name in left), tell):
+                done.add(left[index])
+                yield left[index], outcome
+            return
+        except WorkerDied as died:
+            name = left[died.index]
+            yield name, WorkerDied(died.index, units[name].subject or units[name].entry)
+            left = [other for other in left if other not in done and other != name]
 
 
 def _own_units(session: Session, units: Mapping[Name, WorkUnit], share: StageShare) -> list[Name]:

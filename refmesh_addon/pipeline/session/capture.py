@@ -6,6 +6,7 @@ knows the same entry under a second name, derived from name, size and time of th
 
 from __future__ import annotations
 
+import filecmp
 import os
 import shutil
 from collections.abc import Callable, Mapping
@@ -23,7 +24,7 @@ from .cached_map import WorkUnit, cached_map
 from .session import Session
 from .stage_share import StageShare
 
-FRAME_SCHEMA = 8
+FRAME_SCHEMA = 9
 
 
 @dataclass(frozen=True)
@@ -80,16 +81,19 @@ def capture(path: Path, key: str) -> CapturedFile:
 
 def _unit(frame: Frame) -> WorkUnit:
     key = _key(read_bytes(frame.path))
-    return WorkUnit(f"frames/frame_{frame.number:04d}", key, lambda: (frame.path, key), frame.number)
+    return WorkUnit(f"frames/frame_{frame.number:04d}", key, lambda: (frame.path, key), frame.number, str(frame.path))
 
 
 def _link_preview(session: Session, unit: WorkUnit, frame: Frame) -> None:
-    """The cache entry under the name that Blender looks for; a copy where the disk has no links."""
+    """The cache entry under the name that Blender looks for; a copy where the disk has no links. None for a frame without an entry."""
     entry = session.cache.path(unit.entry, unit.key)
-    if not (entry.exists() and frame.path.exists()):
+    if not frame.path.exists():
         return
     preview = preview_path(session.output, frame.path)
-    if preview.exists():
+    if preview.exists() and entry.exists() and (os.path.samefile(entry, preview) or filecmp.cmp(entry, preview, shallow=False)):
+        return
+    preview.unlink(missing_ok=True)
+    if not entry.exists():
         return
     output_folder(preview.parent)
     try:

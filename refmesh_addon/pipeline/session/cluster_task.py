@@ -52,7 +52,7 @@ class InputFile:
             data = path.read_bytes()
         except OSError as error:
             raise RefMeshError(f"{path}: cannot be read ({error.strerror or error})") from error
-        contents: dict[str, bytes | None] = {name: None for name, _, _ in files_beside(path)}
+        contents: dict[str, bytes | None] = {name: None for name, *_ in files_beside(path)}
         contents |= files_read(data, path)
         return replace(self, contents={**contents, path.name: data})
 

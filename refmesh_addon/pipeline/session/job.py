@@ -13,6 +13,7 @@ CHECK = "sequence"  # reads the frames only; no stage depends on it
 TRACKING, REFERENCE, DEFORMATION, EVALUATION, COLOR = STAGES
 # Of the time of a whole run, roughly, for forecasts on a machine where nothing was measured yet.
 STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.28, REFERENCE: 0.4, DEFORMATION: 0.22, EVALUATION: 0.1, COLOR: 0.1}
+_TYPES = {"source": str, "output": str, "frames": str, "until": str, "resume": bool, "settings": dict, "warnings": list, "notes": list}
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,17 @@ class JobSpec:
         """Raises RefMeshError when the text is not a job."""
         try:
             values = json.loads(text)
+            _check_types(values)
             lines = {name: tuple(values.get(name, ())) for name in ("warnings", "notes")}
             return cls(**{**values, **lines, "settings": Settings.from_flat(values.get("settings", {}))})
-        except (ValueError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise RefMeshError(f"the job file cannot be understood ({error}); start the job again") from error
+
+
+def _check_types(values: dict) -> None:
+    """Raises ValueError, naming the entry, for one of another type than a job has, or a text that no path can be."""
+    for name, kind in _TYPES.items():
+        value = values.get(name, kind())
+        texts = value if isinstance(value, list) else [value] if kind is str else []
+        if not isinstance(value, kind) or not all(isinstance(text, str) and "\0" not in text for text in texts):
+            raise ValueError(f"'{name}' is not what a job has there")

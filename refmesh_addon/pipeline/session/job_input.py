@@ -39,9 +39,13 @@ def check_apart(sequence: Sequence, output: str | Path) -> None:
     Folders are compared by what they are, not by their names: links, other spellings and other letter cases do not matter.
     """
     output = Path(output)
-    if not output.is_dir():
+    if not os.path.isdir(output):
         return
-    written = {_identity(output), *(_identity(folder) for folder in output.iterdir() if folder.is_dir())} - {None}
+    try:
+        folders = [entry.path for entry in os.scandir(output) if entry.is_dir()]
+    except OSError as error:
+        raise RefMeshError(f"{output}: the output folder cannot be read ({error.strerror or error}); choose another") from error
+    written = {_identity(output), *map(_identity, folders)} - {None}
     baked = _identity(output / BAKED_FOLDER)
     inside: dict[Path, bool] = {}
     for frame in sequence.frames:
@@ -69,7 +73,7 @@ def _ancestors(folder: Path) -> Iterator[_Identity | None]:
     return (_identity(path) for path in (real, *real.parents))
 
 
-def _identity(folder: Path) -> _Identity | None:
+def _identity(folder: str | Path) -> _Identity | None:
     try:
         status = os.stat(folder)
     except OSError:

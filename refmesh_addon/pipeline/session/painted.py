@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import json
+import re
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
 
 from ...io.files import write_json
+from ...io.regular_files import read_json, read_regular
+from ...io.report import TEXTURE_FOLDER
 from .job import CACHE_FOLDER
 
+_NAME = re.compile(rf"{TEXTURE_FOLDER}/group_\d{{3,}}_steady\.png")
 RECORD_NAME = "steady_textures.json"  # in the cache folder: digests of each texture as runs have written it
 
 
@@ -26,7 +29,7 @@ def rename_painted(output: Path) -> dict[str, str]:
     renamed = {}
     for name, known in _recorded(output).items():
         path = output / name
-        if path.is_file() and sha256(path.read_bytes()).hexdigest() not in known:
+        if path.is_file() and sha256(read_regular(path)).hexdigest() not in known:
             free = next(path.with_name(f"{path.stem}_painted_{number}.png") for number in count(1) if not _taken(path, number))
             path.rename(free)
             renamed[name] = free.relative_to(output).as_posix()
@@ -38,8 +41,11 @@ def _taken(path: Path, number: int) -> bool:
 
 
 def _recorded(output: Path) -> dict[str, list[str]]:
+    """Only what a run can have recorded: a record from elsewhere could name any file of the user's."""
     try:
-        record = json.loads((output / CACHE_FOLDER / RECORD_NAME).read_text(encoding="utf-8"))
+        record = read_json(output / CACHE_FOLDER / RECORD_NAME)
     except (OSError, ValueError):
         return {}
-    return record if isinstance(record, dict) else {}
+    if not isinstance(record, dict):
+        return {}
+    return {name: known for name, known in record.items() if _NAME.fullmatch(name) and isinstance(known, list)}

@@ -33,6 +33,15 @@ def one_ahead(make: Callable, items: Iterable) -> Iterator:
             yield waiting.popleft().result()
 
 
+class WorkerDied(RefMeshError):
+    """The task number `index` ends the process that does it, also when it is alone."""
+
+    def __init__(self, index: int, subject: str = "a task"):
+        remedy = "close other programs, lower --resolution, or export it with fewer triangles"
+        super().__init__(f"{subject}: the worker process died, probably out of memory: {remedy}")
+        self.index = index
+
+
 class Workers:
     """A pool of processes that is started with the first tasks and ends with the `with` block."""
 
@@ -63,8 +72,7 @@ class Workers:
         """
         count = min(max(int(available_memory() // task_bytes), 1), self._most)
         if count < self.count:
-            self.close()
-            self._pool = None
+            self._restart()
         self.count = count
         return count < self._most
 
@@ -73,35 +81,55 @@ class Workers:
 
         function : at module level.  tasks : read only a few ahead of the work, so that a long take does not fill the memory.
         poll : called while waiting; raises Cancelled to stop.
-        Exceptions of a task are raised here. Raises RefMeshError when a process died, as it does when memory runs out.
+        Exceptions of a task are raised here. When a process dies, as it does when memory runs out, the tasks that may have been its are
+        done again, each alone; raises WorkerDied for one whose process dies again.
         """
         coming = enumerate(tasks)
-        waiting: dict[Future, int] = {}
+        waiting: dict[Future, tuple[int, tuple]] = {}
         try:
-            while True:
+            while True:  # ends: each round but those that wait for a process finishes a task
                 for index, task in islice(coming, QUEUED * self.count - len(waiting)):
-                    waiting[self._submit(function, task)] = index
+                    waiting[self._submit(function, task)] = index, task
                 if not waiting:
                     return
                 poll()
                 done, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
-                for future in sorted(done, key=lambda future: waiting[future]):
-                    yield waiting.pop(future), _result(future)
+                for future in sorted(done, key=lambda future: waiting[future][0]):
+                    if isinstance(future.exception(), BrokenProcessPool):
+                        suspects = sorted(waiting.values(), key=lambda suspect: suspect[0])
+                        waiting.clear()
+                        yield from self._one_by_one(function, suspects, poll)
+                        break
+                    yield waiting.pop(future)[0], future.result()
         finally:
             for future in waiting:  # where the loop was left early
                 future.cancel()
 
+    def _one_by_one(self, function: Callable, suspects: list[tuple[int, tuple]], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
+        """Results of tasks with the whole memory for each of them."""
+        self._restart()
+        for index, task in suspects:
+            future = self._submit(function, task)
+            while not wait([future], timeout=POLL).done:
+                poll()
+            if isinstance(future.exception(), BrokenProcessPool):
+                self._restart()
+                raise WorkerDied(index) from future.exception()
+            yield index, future.result()
+
+    def _restart(self) -> None:
+        self.close()
+        self._pool = None
+
     def _submit(self, function: Callable, task: tuple) -> Future:
         if self._pool is None:
             self._pool = ProcessPoolExecutor(self.count, multiprocessing.get_context("spawn"), initializer=_die_with_parent)
-        return self._pool.submit(function, *task)
-
-
-def _result(future: Future) -> Any:
-    try:
-        return future.result()
-    except BrokenProcessPool as error:
-        raise RefMeshError("a worker process died, probably out of memory: close other programs or lower --resolution") from error
+        try:
+            return self._pool.submit(function, *task)
+        except BrokenProcessPool as error:  # since the last task
+            broken: Future = Future()
+            broken.set_exception(error)
+            return broken
 
 
 def _cores() -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 from ...core.errors import RefMeshError
 from ...io.files import CENTERS_NAME, atomic_file, output_folder
 from ...io.findings import CHECK_NAME, CHECK_TEXT, read_findings
+from ...io.regular_files import read_regular
 from ...io.report import REPORT_NAME, read_report
 from ...io.report_schema import PATHS
 from .job import CACHE_FOLDER
@@ -35,7 +36,7 @@ class WrittenFiles:
         self._names: set[str] = set()
         self._unlisted = False
         try:
-            self._names.update(self._list.read_text(encoding="utf-8").splitlines())
+            self._names.update(read_regular(self._list).decode("utf-8").splitlines())
         except (OSError, UnicodeDecodeError):
             self._names.update(_reported(output))
             self._unlisted = bool(self._names)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -43,16 +44,16 @@ class LayoutTexels(Keyed):
 class SteadyColors(FrozenArrays):
     """colors : (N, 3) uint8.  seen : (N,) bool, whether any frame shows the texel or vertex."""
 
-    colors: np.ndarray
-    seen: np.ndarray
+    colors: Annotated[np.ndarray, "(N, 3) uint8"]
+    seen: Annotated[np.ndarray, "(N) bool"]
 
 
 @dataclass(frozen=True)
 class FrameFiles(FrozenArrays):
     """The bytes of files, uint8.  image : picture of a frame.  mask : white where it shows the capture.  filled : share of texels."""
 
-    image: np.ndarray
-    mask: np.ndarray
+    image: Annotated[np.ndarray, "(I) uint8"]
+    mask: Annotated[np.ndarray, "(M) uint8"]
     filled: float
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -52,11 +53,11 @@ class SmoothedBlock(FrozenArrays):
     held : (F,) share of vertices that no point of the source pulled.  hidden : (F,) share of vertices that lie in a contact.
     """
 
-    vertices: np.ndarray
-    velocities: np.ndarray
-    flipped: np.ndarray
-    held: np.ndarray
-    hidden: np.ndarray
+    vertices: Annotated[np.ndarray, "(F, R, 3) float64"]
+    velocities: Annotated[np.ndarray, "(F, R, 3) float32"]
+    flipped: Annotated[np.ndarray, "(F) float64"]
+    held: Annotated[np.ndarray, "(F) float64"]
+    hidden: Annotated[np.ndarray, "(F) float64"]
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -28,8 +29,8 @@ GLOBAL_SCHEMA = 2
 class GlobalRound(FrozenArrays):
     """positions : (F, C, 3) after the round.  energies : of the start and after each iteration.  affinity : (C, C) weights."""
 
-    positions: np.ndarray
-    energies: np.ndarray
+    positions: Annotated[np.ndarray, "(F, C, 3) float64"]
+    energies: Annotated[np.ndarray, "(N) float64"]
     affinity: sparse.csr_matrix
 
 
@@ -37,9 +38,9 @@ class GlobalRound(FrozenArrays):
 class FrameEnergies(FrozenArrays):
     """Figures per frame as forward tracking has them, (F,) each; see `TrackedFrames`."""
 
-    dfu: np.ndarray
-    lloyd_energy: np.ndarray
-    arap_energy: np.ndarray
+    dfu: Annotated[np.ndarray, "(F) float64"]
+    lloyd_energy: Annotated[np.ndarray, "(F) float64"]
+    arap_energy: Annotated[np.ndarray, "(F) float64"]
 
 
 def optimize_globally(context: Context, forward: TrackingResult) -> TrackingResult:

@@ -8,6 +8,7 @@ such group, or, where not even its first group is served, where its centers defo
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class SegmentPlan:
 class Cuts(FrozenArrays):
     """What is kept of a plan: starts : (N,) indices of frames.  reasons : of each.  rounds, final : as in `SegmentPlan`."""
 
-    starts: np.ndarray
+    starts: Annotated[np.ndarray, "(N) integer"]
     reasons: tuple[str, ...]
     rounds: int
     final: bool
@@ -86,7 +87,7 @@ def reviewed(context: Context, tracking: TrackingResult, plan: SegmentPlan, defo
     deformed : the meshes of the plan's runs in all frames.
     """
     figures = _figures(context, deformed)
-    starts, last = plan.starts, plan.rounds + 1 == ROUNDS
+    starts, last = plan.starts, plan.rounds + 1 >= ROUNDS
     for group in plan.grouped.groups:
         starts = _cuts(context, tracking, plan.grouped.bodies, group, figures, last) | starts
     cut = len(starts) > len(plan.starts)

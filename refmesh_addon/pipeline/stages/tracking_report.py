@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.findings import CENTER_LAYOUTS
 from ...core.tracking.center_attributes import center_attributes
 from ...io.files import CENTERS_NAME, output_folder, write_npz
 from ...io.pc2 import write_pc2
@@ -52,7 +53,7 @@ def write_centers(
     spacing = tracking.ranges[0].spacing
     entry, marked = ("tracking/figures", []) if bodies is None else ("reference/figures", bodies.tolist())
     key = digest(CENTER_ATTRIBUTES_SCHEMA, [one.key for one in tracking.ranges], marked)
-    attributes = context.cache.load_or_make(entry, key, lambda: center_attributes(tracking.positions, spacing, bodies))
+    attributes = context.cache.load_or_make(entry, key, lambda: center_attributes(tracking.positions, spacing, bodies), CENTER_LAYOUTS)
     centers = {"frames": np.array(context.numbers), "positions": tracking.positions}
     write_npz(context.claim(CENTERS_NAME), {**centers, **attributes, **reference_centers})
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -25,13 +26,13 @@ class TrackedFrames(FrozenArrays):
     volume : (F,) enclosed, scene units cubed.  outside : (F,) share of the centers that lie outside the surface.
     """
 
-    centers: np.ndarray
-    dfu: np.ndarray
-    lloyd_energy: np.ndarray
-    arap_energy: np.ndarray
-    steps: np.ndarray
-    volume: np.ndarray
-    outside: np.ndarray
+    centers: Annotated[np.ndarray, "(F, C, 3) float64"]
+    dfu: Annotated[np.ndarray, "(F) float64"]
+    lloyd_energy: Annotated[np.ndarray, "(F) float64"]
+    arap_energy: Annotated[np.ndarray, "(F) float64"]
+    steps: Annotated[np.ndarray, "(F) integer"]
+    volume: Annotated[np.ndarray, "(F) float64"]
+    outside: Annotated[np.ndarray, "(F) float64"]
 
     @classmethod
     def of(cls, state: TrackedFrame, volume: Volume, path: object) -> TrackedFrames:

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from refmesh_addon.core.arrays import to_arrays
+from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.pipeline.session.cache import Cache, digest
 
 KEY, OTHER = digest("a"), digest("b")
@@ -153,3 +155,30 @@ def test_a_missing_entry_is_no_reason_for_a_warning(tmp_path):
     said = []
     Cache(tmp_path, warn=said.append).load_or_make("centers", KEY, Maker())
     assert not said
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"vertices": np.zeros((3, 3), np.float32)},
+        {"triangles": np.array([[0, 1, 3]], np.int32)},
+        {"triangles": np.array([0, 1, 2], np.int32)},
+        {"more": np.zeros(2)},
+    ],
+)
+def test_an_entry_of_other_names_shapes_or_types_is_made_again_with_a_warning(tmp_path, wrong):
+    mesh = TriangleMesh(np.eye(3), [[0, 1, 2]])
+    Cache(tmp_path).save("mesh", KEY, {**to_arrays(mesh), **wrong})  # with the right checksum
+    said = []
+    cache = Cache(tmp_path, warn=said.append)
+    assert cache.load_result("mesh", KEY, TriangleMesh) is None
+    assert_array_equal(cache.load_or_make_result("mesh", KEY, TriangleMesh, lambda: mesh).vertices, mesh.vertices)
+    assert len(said) == 1 and next(iter(wrong)) in said[0]
+    assert Cache(tmp_path).load_result("mesh", KEY, TriangleMesh) is not None
+
+
+def test_a_table_of_other_shapes_is_made_again_with_a_warning(tmp_path):
+    Cache(tmp_path).save("centers", KEY, {"x": np.zeros((3, 3))})
+    said, make = [], Maker()
+    assert Cache(tmp_path, warn=said.append).load_or_make("centers", KEY, make, {"x": "(N, 2) float64"})["x"].shape == (3, 2)
+    assert make.calls == 1 and len(said) == 1

@@ -1,6 +1,7 @@
 """Units of work: done where they are missing, kept at once, read when asked for."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -36,6 +37,10 @@ def raised_but_for_two(values: np.ndarray, exponent: int) -> Power:
     if exponent == 2:
         raise RefMeshError("the square is not wanted")
     return raised(values, exponent)
+
+
+def raised_but_dies_at_two(values: np.ndarray, exponent: int) -> Power:
+    return os._exit(1) if exponent == 2 else raised(values, exponent)
 
 
 def mean(values: np.ndarray, exponent: int) -> OtherFields:
@@ -98,11 +103,20 @@ def test_a_damaged_entry_and_one_with_other_fields_are_done_again(job):
     assert job.run(job.units(0), mean, OtherFields)["to the 0"].mean == 1.5
 
 
+def test_a_unit_that_ends_its_process_is_named_and_the_others_are_done(job):
+    units = {name: replace(unit, subject=f"/in/{name}.obj") for name, unit in job.units(*range(5)).items()}
+    failures = {}
+    assert list(job.run(units, raised_but_dies_at_two, failed=failures.__setitem__)) == [f"to the {k}" for k in (0, 1, 3, 4)]
+    assert list(failures) == ["to the 2"] and str(failures["to the 2"]).startswith("/in/to the 2.obj: the worker process died")
+    with pytest.raises(RefMeshError, match="/in/to the 2.obj: the worker process died"):
+        job.run(units, raised_but_dies_at_two)
+
+
 def test_results_are_read_only_when_asked_for(job, monkeypatch):
     results = job.run(job.units(*range(5)))
     read = []
     load = Cache.load
-    monkeypatch.setattr(Cache, "load", lambda self, name, key: read.append(name) or load(self, name, key))
+    monkeypatch.setattr(Cache, "load", lambda self, name, key, declared=None: read.append(name) or load(self, name, key))
     assert len(results) == 5 and "to the 2" in results and not read
     assert results["to the 2"] is results["to the 2"]
     assert read == ["power/002"]

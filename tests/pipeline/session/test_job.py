@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
@@ -30,3 +32,30 @@ def test_what_is_no_job_is_refused(text):
 def test_a_setting_out_of_range_is_refused_by_name():
     with pytest.raises(RefMeshError, match="--centers is 3"):
         JobSpec.from_json('{"source": "a", "output": "b", "settings": {"centers": 3}}')
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"source": 3},
+        {"source": "a\0b"},
+        {"output": None},
+        {"frames": []},
+        {"resume": "yes"},
+        {"warnings": "text"},
+        {"notes": [1]},
+        {"settings": [1]},
+        {"settings": {"mesh": "a\0b"}},
+        {"settings": {"texture": []}},
+        {"settings": {"least_overlap": float("nan")}},
+        {"until": {}},
+    ],
+)
+def test_values_of_other_types_are_refused(changed):
+    with pytest.raises(RefMeshError):
+        JobSpec.from_json(json.dumps({"source": "a", "output": "b", **changed}))
+
+
+def test_deeply_nested_jobs_are_refused():
+    with pytest.raises(RefMeshError, match="job file"):
+        JobSpec.from_json('{"source": ' + "[" * 100_000)

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from refmesh_addon.core.errors import Cancelled, RefMeshError
-from refmesh_addon.pipeline.session.parallel import MOST_WORKERS, QUEUED, Workers, one_ahead
+from refmesh_addon.pipeline.session.parallel import MOST_WORKERS, QUEUED, WorkerDied, Workers, one_ahead
 
 PATIENCE = 30.0  # seconds until a test gives up
 
@@ -25,6 +25,17 @@ def refuse(frame):
 
 def die(_):
     os._exit(1)
+
+
+def square_but_die_at_three(k):
+    return os._exit(1) if k == 3 else k * k
+
+
+def square_but_die_once(k, mark):
+    if k == 3 and not os.path.exists(mark):
+        open(mark, "w").close()
+        os._exit(1)
+    return k * k
 
 
 def sleep(seconds):
@@ -99,6 +110,21 @@ def test_poll_is_called_while_waiting_and_stops_the_work():
 def test_a_process_that_dies_is_told_in_words():
     with Workers(1) as workers, pytest.raises(RefMeshError, match="worker process died"):
         list(workers.map(die, [(0,)], nothing))
+
+
+def test_only_the_task_that_ends_its_process_is_to_blame():
+    done = {}
+    with Workers(2) as workers:
+        with pytest.raises(WorkerDied) as error:
+            done.update(pair for pair in workers.map(square_but_die_at_three, [(k,) for k in range(6)], nothing))
+        assert error.value.index == 3
+        assert dict(workers.map(power, [(2, 2)], nothing)) == {0: 4}, "and others can be done"
+
+
+def test_a_process_that_is_killed_once_costs_no_task(tmp_path):
+    with Workers(2) as workers:
+        tasks = [(k, str(tmp_path / "killed")) for k in range(6)]
+        assert dict(workers.map(square_but_die_once, tasks, nothing)) == {k: k * k for k in range(6)}
 
 
 def test_there_is_at_least_one_process_and_not_too_many():

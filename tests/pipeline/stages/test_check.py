@@ -1,5 +1,6 @@
 """The check of a whole sequence on disk: what it writes, what it takes up again, and what it refuses."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -126,3 +127,14 @@ def test_a_texture_that_appears_is_no_longer_missing(tmp_path):
 def test_findings_that_are_not_there_are_named(tmp_path):
     with pytest.raises(RefMeshError, match="sequence_check.json: cannot be read"):
         read_findings(tmp_path)
+
+
+def test_a_broken_file_of_the_same_size_and_time_is_found(take, tmp_path):
+    output, path = tmp_path / "out", take / "take_2.ply"
+    assert [finding.frame for finding in check(take, output) if finding.kind == "unreadable"] == [5]
+    before, shown = path.stat(), preview_path(output, path)
+    path.write_bytes(b"ply" + bytes(before.st_size - 3))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert path.stat().st_size == before.st_size
+    assert [finding.frame for finding in check(take, output) if finding.kind == "unreadable"] == [2, 5]
+    assert not shown.exists() and not preview_path(output, path).exists()

@@ -1,0 +1,59 @@
+"""The arrays of an output folder, read with a schema, as the folder may come from elsewhere: centers.npz and texture layouts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..core.array_layout import check_layouts
+from ..core.errors import RefMeshError
+from ..core.findings import CENTER_LAYOUTS
+from .files import CENTERS_NAME, read_npz
+
+CENTERS = {"frames": "(F) integer", "positions": "(F, C, 3) number"}
+LAYOUT = {"uvs": "(U, 2) number", "triangles": "(S, 3) int32 < U"}
+_REFERENCE_CENTERS = re.compile(r"group_[0-9]{3,}_reference_centers")
+
+
+def read_centers(folder: Path) -> dict[str, np.ndarray]:
+    """The tracked centers in an output folder: `frames`, `positions`, their attributes and the reference centers of the groups.
+
+    Arrays that are not known here are left out. Raises RefMeshError, naming the file, when it is missing or damaged.
+    """
+    path = folder / CENTERS_NAME
+    try:
+        arrays = read_npz(path)
+        optional = {**CENTER_LAYOUTS, **{name: "(C, 3) number" for name in arrays if _REFERENCE_CENTERS.fullmatch(name)}}
+        known = {name: arrays[name] for name in (*CENTERS, *optional) if name in arrays}
+        check_layouts(known, CENTERS, optional)
+        _check_finite(known)
+        if not known["positions"].size:
+            raise ValueError("it holds no centers")
+        return known
+    except (OSError, ValueError) as error:
+        raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
+
+
+def read_layout(path: Path, triangles: int) -> tuple[np.ndarray, np.ndarray]:
+    """The texture layout of a group, whose mesh has so many triangles: (U, 2) coordinates and the (S, 3) of each triangle.
+
+    Raises RefMeshError, naming the file, when it is missing, damaged, or belongs to another mesh.
+    """
+    try:
+        arrays = read_npz(path)
+        check_layouts(arrays, LAYOUT)
+        _check_finite(arrays)
+    except (OSError, ValueError) as error:
+        raise RefMeshError(f"{path}: cannot be read ({error}); run the Color step again") from error
+    if len(arrays["triangles"]) != triangles:
+        raise RefMeshError(f"{path}: is the layout of another mesh; run the Color step again")
+    return arrays["uvs"], arrays["triangles"]
+
+
+def _check_finite(arrays: Mapping[str, np.ndarray]) -> None:
+    for name, array in arrays.items():
+        if not np.isfinite(array).all():
+            raise ValueError(f"'{name}' holds values that are not finite numbers")
