@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from .openness import LARGEST_CAPPED, capped_share, compactness
 from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .seams import stitched
 from .sheet_orientation import turned_pieces
+from .strays import without_strays
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,8 @@ class MeshStatistics:
     volume : enclosed with holes capped, scene units cubed.  open_edges : edges with a triangle on one side only.
     inward : share of the area that faced inward.  capped : share of the closed surface that caps holes.
     compactness : of the closed surface, see `openness`.  area : of the surface, scene units squared.
+    strays : triangles left out because they are far from everything else.  stray_place : (3,) of the first of them, empty without.
+    All but `vertices` and `strays` are without these.
     """
 
     vertices: int
@@ -32,6 +36,8 @@ class MeshStatistics:
     capped: float
     compactness: float
     area: float
+    strays: int
+    stray_place: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -44,13 +50,15 @@ class CapturedFrame:
 
     mesh: TriangleMesh
     inside_out: bool
-    facing: np.ndarray
+    facing: Annotated[np.ndarray, "(3) float64"]
     statistics: MeshStatistics
 
 
 def cleaned(mesh: TriangleMesh) -> CapturedFrame:
     """A mesh as it came from a file, cleaned. Floaters and holes are left."""
-    whole = stitched(merged(mesh)[0])
+    joined = merged(mesh)[0]
+    kept, strays = without_strays(joined)
+    whole = stitched(kept)
     patches = flipped_patches(whole)
     consistent = reoriented(whole, patches)
     is_open = capped_share(consistent, capped(consistent)) > LARGEST_CAPPED
@@ -67,6 +75,8 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
         capped=capped_share(outward, closed),
         compactness=compactness(closed, volume),
         area=float(areas.sum()),
+        strays=len(strays),
+        stray_place=tuple(joined.vertices[joined.triangles[strays[:1]]].mean(axis=1).ravel().tolist()),
     )
     facing = area_vectors(outward).sum(axis=0) / areas.sum()
     return CapturedFrame(outward, bool(bodies.any()) and not is_open, facing, statistics)

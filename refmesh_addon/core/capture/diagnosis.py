@@ -9,6 +9,7 @@ import numpy as np
 
 from ..findings import SEVERITIES, Finding
 from .openness import ADJECTIVES, CLOSED, DESCRIPTIONS, LARGEST_CAPPED, openness, surface_kind, take_kind
+from .strays import stray_note
 
 LARGEST_SCALE_JUMP = 5.0  # ratio of a frame's bounding-box diagonal to the median beyond which the pipeline refuses it
 SCALE_JUMP = 1.5  # the same ratio to the frames around it, where bodies come and go
@@ -26,7 +27,7 @@ class FrameStatistics:
     """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
-    vertices, diagonal, volume, open_edges, inward, capped, compactness, area : see `MeshStatistics`.
+    vertices, diagonal, volume, open_edges, inward, capped, compactness, area, strays, stray_place : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
     omitted_faces : faces of the file that have fewer than three corners.
     """
@@ -42,6 +43,8 @@ class FrameStatistics:
     capped: float = 0.0
     compactness: float = 1.0
     area: float = 0.0
+    strays: int = 0
+    stray_place: tuple[float, ...] = ()
     missing_textures: tuple[str, ...] = ()
     omitted_faces: int = 0
 
@@ -66,6 +69,7 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = (), surfac
         *_surface(readable, surface),
         *_notes(readable, "holes", lambda frame: frame.open_edges, "{:d} edges are open; holes are capped where volume counts"),
         *_notes(readable, "facing", _inward, "{:.0%} of the surface faces inward; it is flipped"),
+        *_notes(readable, "strays", lambda frame: frame.strays, "{strays}"),
         *_notes(readable, "faces", lambda frame: frame.omitted_faces, "{:d} degenerate faces with fewer than three corners are left out"),
         *_notes(readable, "textures", lambda frame: len(frame.missing_textures), "{:d} textures are missing: {names}"),
     ]
@@ -155,7 +159,8 @@ def _notes(frames: Sequence[FrameStatistics], kind: str, statistic: Statistic, t
     affected = [frame for frame in frames if statistic(frame) > 0]
 
     def message(frame: FrameStatistics) -> str:
-        return template.format(statistic(frame), names=", ".join(frame.missing_textures[:NAMED_TEXTURES]))
+        names, strays = ", ".join(frame.missing_textures[:NAMED_TEXTURES]), stray_note(frame.strays, frame.stray_place)
+        return template.format(statistic(frame), names=names, strays=strays)
 
     if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
         return [Finding(kind, "note", frame.number, message(frame)) for frame in affected]

@@ -11,6 +11,7 @@ import numpy as np
 from ...core.capture.floaters import without_floaters
 from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
+from ...core.capture.strays import stray_note
 from ...core.errors import RefMeshError
 from ...core.geometry.storage_offset import storage_offset
 from ...core.surfacing.hole_caps import CappedMesh, smoothly_capped
@@ -116,6 +117,7 @@ def read_frames(session: Session, sequence: Sequence, share: StageShare, warn: C
     """
     frames = Frames(sequence, capture_sequence(session, sequence, share), requested)
     _warn_of_inside_out(frames, warn)
+    _warn_of_strays(frames, warn)
     if frames.take is None:
         _warn_of_open_frames(frames, warn)
     else:
@@ -131,6 +133,15 @@ def _warn_of_inside_out(frames: Frames, warn: Callable[[str], None]) -> None:
     elif inside_out:
         numbers = format_ranges(frames.sequence.numbers[index] for index in inside_out)
         warn(f"{frames.sequence.name}: a body is inside out in frames {numbers}; its triangles are flipped")
+
+
+def _warn_of_strays(frames: Frames, warn: Callable[[str], None]) -> None:
+    """One warning for all frames with stray triangles, at the first."""
+    affected = [index for index, one in enumerate(frames.statistics) if one.strays]
+    if affected:
+        first = frames.statistics[affected[0]]
+        more = f" (of {len(frames)} frames this holds for {len(affected)})" if len(affected) > 1 else ""
+        warn(f"{frames.path(affected[0])}: {stray_note(first.strays, first.stray_place)}{more}")
 
 
 def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
