@@ -29,7 +29,7 @@ test: environment
 	$(PYTEST) $(BPY_TESTS) || status=1; \
 	exit $$status
 
-## make fuzz       read 100,000 damaged mesh files in child processes with limits, and decode 20,000 damaged .refmesh files
+## make fuzz       read 100,000 damaged files of all kinds in child processes with limits, and decode 20,000 damaged .refmesh files
 fuzz: environment
 	$(RUN) -m tests.fuzzing.fuzz 100000
 	REFMESH_DAMAGED_STREAMS=5000 $(RUN) -m pytest -q tests/io/refmesh_stream/test_damage.py

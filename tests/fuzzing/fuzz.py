@@ -14,40 +14,21 @@ from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.io.appearance import parse_appearance
-from refmesh_addon.io.meshes import parse_frame
-from refmesh_addon.io.mtl import map_names, parse_mtl
-from refmesh_addon.io.textures import missing_textures
-
-from .inputs import SEEDS, damaged
+from .inputs import damaged
+from .readers import read
+from .seeds import SEEDS
 
 BATCH = 500  # inputs that one child reads
 SECONDS, GIGABYTE = 5, 2**30  # limits of one input; memory beyond what the child had at its beginning
 KEPT = Path("build") / "fuzz"
 
 
-def read(kind: str, data: bytes, folder: Path) -> None:
-    """Reads as the check does, colors and textures included. Raises whatever escapes."""
-    if kind == "mtl":
-        parse_mtl(data), map_names(data)
-        return
-    path = folder / f"frame_0001.{kind}"
-    try:
-        parse_frame(data, path)
-    except RefMeshError as refusal:
-        assert str(refusal).startswith(str(path)) and "\n" not in str(refusal)
-        return
-    parse_appearance(data, path)
-    missing_textures(data, path)
-
-
 def child(first: int, last: int) -> None:
     """Reads the inputs of a range of seeds; prints a line for each that is wrong."""
     signal.signal(signal.SIGALRM, lambda *_: (_ for _ in ()).throw(TimeoutError("hangs")))
     with tempfile.TemporaryDirectory() as name:
-        read("obj", SEEDS["obj"][0], Path(name))  # imports what is imported late
-        read("glb", SEEDS["glb"][0], Path(name))
+        for kind, seeds in SEEDS.items():  # imports what is imported late
+            read(kind, seeds[0], Path(name))
         before = _used_memory()
         for seed in range(first, last):
             rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""A few thousand damaged files; `make fuzz` reads 100,000."""
+"""A few thousand damaged files of all kinds; `make fuzz` reads 100,000."""
 
 import sys
 
