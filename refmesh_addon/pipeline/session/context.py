@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from ...core.reference.budget import triangle_budget
 from ...core.settings import Settings
 from ...io.files import output_folder
 from ...io.frame_range import format_ranges
@@ -68,7 +69,8 @@ class Context(Session):
         cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
         session = Session(output, cache, workers, notify, part=part)
         frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report, spec.settings.tracking.surface)
-        if workers.fit_memory(task_bytes(max(frames.counts))):
+        reference = triangle_budget(spec.settings.reference.triangles, frames.counts)
+        if workers.fit_memory(task_bytes(max(frames.counts), reference)):
             # Not for the report, which is the same on every machine.
             warn(f"only {workers.count} processes work at a time, as more would not fit the memory")
         report.surface = frames.kind

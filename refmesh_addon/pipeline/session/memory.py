@@ -10,13 +10,14 @@ _CGROUP = Path("/sys/fs/cgroup")  # of a container: its own limit counts, not wh
 _UNKNOWN = 1 << 62
 
 
-# What a worker process takes at most, measured over all stages: with little to do, and for each triangle of a frame.
-BASE_BYTES, TRIANGLE_BYTES = 250_000_000, 2_500
+# What a worker process takes at most, measured over all stages: with little to do, for each triangle of a frame, and for each of a
+# reference mesh, whose factors are the largest part.
+BASE_BYTES, FRAME_TRIANGLE_BYTES, REFERENCE_TRIANGLE_BYTES = 150_000_000, 1_000, 8_000
 
 
-def task_bytes(triangles: int) -> int:
-    """Bytes that a process needs, roughly, for frames of so many triangles."""
-    return BASE_BYTES + TRIANGLE_BYTES * triangles
+def task_bytes(frame: int, reference: int) -> int:
+    """Bytes that a process needs, roughly, for frames and reference meshes of so many triangles."""
+    return BASE_BYTES + FRAME_TRIANGLE_BYTES * frame + REFERENCE_TRIANGLE_BYTES * reference
 
 
 def available_memory() -> int:

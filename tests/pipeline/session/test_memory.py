@@ -19,5 +19,6 @@ def test_the_limit_of_a_container_counts_and_files_that_it_has_read_do_not(tmp_p
     assert memory._container(tmp_path / "nothing") == memory._UNKNOWN
 
 
-def test_larger_frames_need_more():
-    assert 0 < memory.task_bytes(0) < memory.task_bytes(630_000) < 3e9
+def test_larger_meshes_need_more():
+    assert 0 < memory.task_bytes(40_000, 40_000) < memory.task_bytes(630_000, 40_000) < memory.task_bytes(630_000, 150_000) < 3e9
+    assert memory.task_bytes(630_000, 630_000) > 5e9
