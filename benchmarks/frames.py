@@ -27,6 +27,18 @@ def frames_folder(name: str, count: int, cache: Path = CACHE) -> Path:
     return folder
 
 
+def one_camera_folder(name: str, count: int, cache: Path = CACHE) -> Path:
+    """The same frames as one virtual depth camera sees them."""
+    folder = cache / f"{name}-one-camera-{count}-{_generators_key()}"
+    if len(list(folder.glob("*.ply"))) < count:
+        folder.mkdir(parents=True, exist_ok=True)
+        sequence = generators.SEQUENCES[name]()
+        camera = generators.camera_before(sequence)
+        for number, mesh in enumerate(sequence.frames(count), 1):
+            write_ply(folder / f"{name}_{number:04d}.ply", camera.seen(mesh, number))
+    return folder
+
+
 def _generators_key() -> str:
     sources = sorted(Path(generators.__file__).parent.glob("*.py"))
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:KEY_LENGTH]

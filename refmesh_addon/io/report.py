@@ -74,7 +74,8 @@ class FrameReport:
     held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : dB.
-    kept : share of the captured surface that was kept, border : distances between borders, both of open takes only.
+    Of open takes only: kept : share of the captured surface that was kept.  skirts, flying, frayed : shares that were left out of it.
+    border : distances between the borders of what was kept and of what is visible.
     texture, texture_mask : paths of the frame's picture and of the mask of what it shows of the capture; colored : path of the mesh with
     vertex colors; gain : of the exposure, per channel.  filled : share of the texels that other frames have filled.
     color_psnr, color_ssim : of unlit pictures against the source, dB; picture_psnr, picture_ssim : with outlines and background.
@@ -104,6 +105,9 @@ class FrameReport:
     picture_ssim: float | None = None
     capped: float | None = None
     kept: float | None = None
+    skirts: float | None = None
+    flying: float | None = None
+    frayed: float | None = None
     border: Distances | None = None
 
 

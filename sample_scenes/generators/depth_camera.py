@@ -15,6 +15,10 @@ from refmesh_addon.core.color.raster import rasterized
 from refmesh_addon.core.geometry.mesh import submesh
 from refmesh_addon.core.types import TriangleMesh
 
+from .bodies import Sequence
+
+DIRECTION, DISTANCE = np.array([0.3, -0.5, 1.0]), 2.6  # of the camera before a sequence, the distance in its reach
+
 
 @dataclass(frozen=True)
 class DepthCamera:
@@ -82,6 +86,12 @@ class DepthCamera:
         flat, limit = depth.ravel()[triangles], self._step(depth).ravel()[triangles].max(axis=1)
         kept = there.ravel()[triangles].all(axis=1) & (np.ptp(flat, axis=1) < limit)
         return submesh(TriangleMesh(vertices, triangles), kept)[0]
+
+
+def camera_before(sequence: Sequence) -> DepthCamera:
+    """A camera that has all of a sequence in view, from above and a little to one side."""
+    place = np.array(sequence.center) + DISTANCE * sequence.reach * DIRECTION / np.linalg.norm(DIRECTION)
+    return DepthCamera(tuple(place.tolist()), sequence.center)
 
 
 def _shifted(image: np.ndarray) -> list[np.ndarray]:

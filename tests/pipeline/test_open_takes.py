@@ -1,5 +1,7 @@
 """Takes of one camera from their frames to the results."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,8 @@ def test_the_reference_mesh_is_open_and_in_one_piece_and_no_frame_is_left_out(ru
 def test_frames_are_close_to_what_was_kept_and_visible_vertices_to_the_source(run):
     for frame in report(run[0])["frames"]:
         assert 0.8 < frame["kept"] < 1.0
+        assert frame["kept"] + frame["skirts"] + frame["flying"] + frame["frayed"] == pytest.approx(1.0)
+        assert len(read_surface(run[0] / "removed" / Path(frame["deformed"]).name).triangles)
         assert frame["source_to_deformed"]["mean"] < 0.003
         assert frame["visible_to_source"]["max"] < 0.02 and frame["unseen"] < 0.3
         assert frame["border"]["mean"] < 0.02

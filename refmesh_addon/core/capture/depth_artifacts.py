@@ -19,6 +19,7 @@ LONGEST = 4.0  # median edges
 GRAZING = 0.35  # cosine between a triangle and the direction of view, 70 degrees, below which it is seen edge on
 FLYING = 0.01  # share of the area of a frame below which a piece by itself is noise; a hand of a person has more
 MOST = 0.25  # share of the area that flies or is frayed; beyond that the capture consists of such pieces
+MOST_SKIRTS = 0.5  # the same of skirts; beyond that the surface is seen edge on
 FRAYED = 2  # rings of triangles that a strip or a spike at the border is thinner than twice
 
 
@@ -60,7 +61,8 @@ def _skirts(mesh: TriangleMesh, vectors: np.ndarray, areas: np.ndarray) -> np.nd
     view = vectors[~long].sum(axis=0)
     if np.linalg.norm(view) < GRAZING * areas[~long].sum():  # seen from all round: there is no direction of view
         return np.zeros(len(areas), dtype=bool)
-    return long & (row_dot(vectors, normalized(view[None])) < GRAZING * areas)
+    skirts = long & (row_dot(vectors, normalized(view[None])) < GRAZING * areas)
+    return skirts & (areas[skirts].sum() <= MOST_SKIRTS * areas.sum())
 
 
 def _flying(mesh: TriangleMesh, kept: np.ndarray, areas: np.ndarray) -> np.ndarray:

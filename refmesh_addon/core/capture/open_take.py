@@ -11,7 +11,7 @@ from ..geometry.holes import capped
 from ..geometry.mesh import submesh
 from ..types import TriangleMesh
 from .cleaning import MeshStatistics
-from .depth_artifacts import depth_artifacts
+from .depth_artifacts import Artifacts, depth_artifacts
 from .openness import OPEN, surface_kind
 from .shell import THICKNESS, shell_behind
 
@@ -33,8 +33,13 @@ class OpenTake:
 
     def surface(self, mesh: TriangleMesh, index: int) -> TriangleMesh:
         """A frame without what depth cameras add, facing as the others.  mesh : of the frame with this index, neighbors facing alike."""
-        kept = submesh(mesh, ~depth_artifacts(mesh).any)[0]
+        kept = submesh(mesh, ~self.artifacts(mesh).any)[0]
         return TriangleMesh(kept.vertices, kept.triangles[:, ::-1]) if self.turned[index] else kept
+
+    @staticmethod
+    def artifacts(mesh: TriangleMesh) -> Artifacts:
+        """What `surface` leaves out of a frame."""
+        return depth_artifacts(mesh)
 
     def body(self, surface: TriangleMesh, index: int) -> TriangleMesh:
         """The volume that is followed: what a layer encloses, a shell behind an open surface.  surface : of the frame with this index."""

@@ -19,6 +19,7 @@ from ..session.cache import KEY_LENGTH
 from ..session.context import Context
 from .deformation import DeformedSequence, SmoothedFrame
 from .groups import FrameGroup
+from .removed_surface import remove_stale_removed, write_removed
 from .visibility import visible_vertices
 
 # Kinds of places at which a frame and its source are far apart, as fields of `MeasuredFrame`.
@@ -54,6 +55,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
         for row, frame in enumerate(group.frames):
             smoothed = deformed.row(group, row)
             entry = replace(_frame_report(context, smoothed, group, row), overstretched=rest.overstretched(smoothed.vertices))
+            entry = replace(entry, **write_removed(context, frame))  # by the names of the report
             colors = None
             if measured is not None:
                 entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report
@@ -64,6 +66,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
             write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities, visibility=visibility)
             context.report.frames.append(entry)
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
+    remove_stale_removed(context)
     context.report.far_places.sort(key=lambda place: -place.distance)
     _warn_of_far_places(context)
 

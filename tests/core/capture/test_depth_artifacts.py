@@ -64,3 +64,8 @@ def test_a_spike_at_the_border_is_frayed_and_a_broad_part_is_not():
     assert frayed[spike].all() and not frayed[broad].any()
     kept = submesh(mesh, ~frayed)[0]
     assert triangle_areas(kept).sum() > 0.97 * triangle_areas(mesh).sum()
+
+
+def test_a_surface_that_is_seen_edge_on_all_over_stays():
+    steep = sheet(height=lambda x, y: 40.0 * np.round(3 * x))
+    assert not depth_artifacts(steep).skirts.any()
