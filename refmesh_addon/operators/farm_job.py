@@ -1,6 +1,7 @@
 """Writes a job for a render farm instead of running it."""
 
 import json
+from dataclasses import replace
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
@@ -38,7 +39,7 @@ class REFMESH_OT_export_job(JobOperator, bpy.types.Operator):
         from ..io.discovery import find_sequence
         from ..pipeline.process.open_job import SceneCommand, write_open_job
 
-        spec = self._spec(sequence_object(context).refmesh)
+        spec = replace(self._spec(sequence_object(context).refmesh), scheduler="")  # the render farm shares the work itself
         if not self.directory:
             raise RefMeshError("no folder was given to write the job to")
         sequence = find_sequence(spec.source, spec.frames)

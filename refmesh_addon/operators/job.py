@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..core.errors import RefMeshError
+from ..properties.preferences import preferred_scheduler
 from ..properties.settings import setting_properties
 from ..properties.wording import for_window
 from .arrivals import Arrivals
@@ -129,8 +130,9 @@ class JobOperator(ShowingOperator):
         settings, warnings = chosen_settings(self.properties, state.settings), settings_warnings(self.properties)
         if settings.reference.mesh:
             settings = replace(settings, reference=replace(settings.reference, mesh=str(absolute(settings.reference.mesh))))
+        scheduler = self.scheduler or preferred_scheduler(bpy.context)
         return JobSpec(
-            str(absolute(state.source)), str(output), frames, settings, self.until, self.resume, warnings, scheduler=self.scheduler
+            str(absolute(state.source)), str(output), frames, settings, self.until, self.resume, warnings, scheduler=scheduler
         )
 
     def _remember(self, state, spec):

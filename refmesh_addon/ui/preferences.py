@@ -1,17 +1,16 @@
 """The preferences of the add-on."""
 
 import bpy
-from bpy.props import IntProperty
+from bpy.props import IntProperty, StringProperty
 
 from ..bridge.sequence.raw_sequence import set_memory_budget
 from ..pipeline.process.packages import how_to_install, missing_names, missing_packages
+from ..properties.preferences import ADDON, preferences
 from ..properties.wording import draw_wrapped
-
-ADDON = __package__.rpartition(".refmesh_addon")[0] or "refmesh_addon"  # of the extension, or of the package in a checkout
 
 
 class REFMESH_AddonPreferences(bpy.types.AddonPreferences):
-    """Memory for playback, and which packages are missing."""
+    """Memory for playback, who shares the work, and which packages are missing."""
 
     bl_idname = ADDON
 
@@ -24,16 +23,17 @@ class REFMESH_AddonPreferences(bpy.types.AddonPreferences):
         update=lambda self, context: set_memory_budget(self.memory_budget),
     )
 
+    # Here, not in the scene: a file from elsewhere must not choose where jobs are sent.
+    scheduler: StringProperty(
+        name="Dask Scheduler",
+        description="Address of a Dask scheduler whose workers share the work of jobs, such as tcp://host:8786; empty: this machine alone",
+    )
+
     def draw(self, context):
         self.layout.prop(self, "memory_budget")
+        self.layout.prop(self, "scheduler")
         draw_missing(self.layout, context.region.width)
         self.layout.operator("refmesh.check_installation")
-
-
-def preferences(context) -> bpy.types.AddonPreferences | None:
-    """The preferences of the add-on; None where a script registered it without enabling it."""
-    addon = context.preferences.addons.get(ADDON)
-    return addon and addon.preferences
 
 
 def draw_missing(layout, width):
