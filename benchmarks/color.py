@@ -41,7 +41,7 @@ from .common import assignment
 
 LUMA = np.array([0.299, 0.587, 0.114])
 FLOW_SIZE = 1024  # texels along a side of the pictures that flow is found in
-PICTURE_SIZE = 1024
+PICTURE_SIZE = 512
 SLIDES = 3  # times that vertices are moved and the picture baked again
 
 

@@ -24,6 +24,7 @@ def main(time_limit: float) -> None:
         charts, packing = xatlas.ChartOptions(), xatlas.PackOptions()
         charts.fix_winding = True
         packing.resolution, packing.padding, packing.bilinear = RESOLUTION, PADDING, True
+        packing.bruteForce = True  # every place is tried: 5 to 10 % more of the texture is used, for a second or two
         packing.rotate_charts = False  # it would swap the axes, which mirrors charts
         atlas.generate(charts, packing)
         owners, triangles, uvs = atlas[0]

@@ -30,8 +30,8 @@ from .color_units import (
 from .deformation import DeformedSequence
 from .groups import FrameGroup
 
-LAYOUT_SCHEMA = 1
-BAKE_SCHEMA = 2
+LAYOUT_SCHEMA = 2
+BAKE_SCHEMA = 3
 STEADY_SCHEMA = 1
 FILES_SCHEMA = 1
 MOST_STEADY_FRAMES = 9  # frames of a group whose median makes the steady texture, evenly spread: all are in memory at once

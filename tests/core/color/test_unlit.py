@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.color.appearance import Appearance
-from refmesh_addon.core.color.unlit import Camera, eight_views, picture_error, rendered, similarity
+from refmesh_addon.core.color.unlit import LUMA, Camera, antialiased, eight_views, picture_error, rendered, similarity
 from refmesh_addon.core.types import TriangleMesh
 
 from .painted import cube_sphere, painted
@@ -57,3 +57,25 @@ def test_similarity_is_symmetric_and_falls_with_noise():
     np.testing.assert_allclose(similarity(one, much), similarity(much, one))
     assert similarity(one, one).min() == pytest.approx(1.0)
     assert similarity(one, little).mean() > similarity(one, much).mean()
+
+
+def test_pixels_of_an_outline_are_mixed():
+    """A square turned by an angle: its covered area is that of the pixels' shares, to a fraction of the hard picture's error."""
+    mesh = square(0)
+    camera = Camera.around(mesh, 40, Rotation.from_euler("z", 0.3))
+    picture = antialiased(plain(mesh, (200,) * 3), camera)
+    assert set(np.unique(picture.covered)) == {0.0, 0.25, 0.5, 0.75, 1.0}
+    np.testing.assert_allclose(picture.colors[..., 0], 200 * picture.covered)
+    assert picture.covered.sum() == pytest.approx(4 * camera.scale**2, rel=0.01)
+
+
+def test_error_is_that_of_whole_pictures_compared_pixel_by_pixel():
+    """The box around both surfaces is all that is compared; beyond it both are black."""
+    mesh, layout = cube_sphere(8)
+    one, other = painted(mesh, layout, 64), plain(mesh.moved(mesh.vertices * 0.9), (90, 120, 60))
+    camera = Camera.around(mesh, 96, eight_views()[2])
+    first, second = antialiased(one, camera), antialiased(other, camera)
+    error = picture_error(one, other, 96, eight_views()[2:3])
+    mean_square = ((first.colors - second.colors) ** 2).mean()
+    assert error.picture_psnr == pytest.approx(10 * np.log10(255**2 / mean_square), abs=1e-3)
+    assert error.picture_ssim == pytest.approx(similarity(first.colors @ LUMA, second.colors @ LUMA).mean(), abs=1e-3)
