@@ -7,7 +7,7 @@ import numpy as np
 from ..core.color.appearance import Appearance
 from ..core.types import TriangleMesh
 from .glb_limits import check_glb
-from .images import eight_bits
+from .images import check_pixels, eight_bits
 from .texture_files import TextureFiles
 from .trimesh_reader import load_scene, outward_faces, placed_meshes
 
@@ -15,7 +15,7 @@ from .trimesh_reader import load_scene, outward_faces, placed_meshes
 def glb_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
     """What colors a GLB; None for nothing. trimesh turns glTF's v, which counts from the top, the right way up."""
     check_glb(data)
-    images = _Images()
+    images = _Images(len(data), str(files.frame))
     parts = [_part(part, transform, images) for part, transform in placed_meshes(load_scene(data, "glb"))]
     if not parts or not images.arrays and all((colors == 255).all() for _, _, _, _, colors in parts):
         return None
@@ -26,16 +26,19 @@ def glb_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
 
 
 class _Images:
-    """Images by identity, each brought to an array once."""
+    """Images by identity, each brought to an array once.  size : bytes of the file called `name`, which holds them all."""
 
-    def __init__(self):
+    def __init__(self, size: int, name: str):
         self.arrays: list[np.ndarray] = []
+        self._size, self._name, self._pixels = size, name, 0
         self._known: dict[int, int] = {}
 
     def place(self, image) -> int:
         if image is None:
             return -1
         if id(image) not in self._known:
+            self._pixels += image.width * image.height
+            check_pixels(self._pixels, self._size, self._name)
             self._known[id(image)] = len(self.arrays)
             self.arrays.append(eight_bits(image))
         return self._known[id(image)]

@@ -10,6 +10,8 @@ _HEADER = struct.Struct("<4sIIII")  # magic, version, length, length and type of
 _JSON_CHUNK = 0x4E4F534A
 _COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+# Vertices and indices that all primitives may have together, and that each byte of the file may stand for beyond.
+FREE_ELEMENTS, ELEMENTS_PER_BYTE = 2_000_000, 4
 MOST_NESTED = 64  # levels of JSON; glTF needs about ten
 # Compression that no reader here undoes -> how a person gets a file that can be read.
 COMPRESSIONS = {
@@ -29,6 +31,7 @@ def check_glb(data: bytes) -> None:
             raise ValueError(remedy)
     for index, accessor in enumerate(_list(gltf, "accessors")):
         _check_count(accessor, f"accessor {index}", len(data))
+    _check_primitives(gltf, len(data))
     for index, view in enumerate(_list(gltf, "bufferViews")):
         length = view.get("byteLength") if isinstance(view, dict) else None
         if not isinstance(length, int) or not 0 <= length <= len(data):
@@ -72,6 +75,19 @@ def _check_count(accessor: object, name: str, size: int) -> None:
     least = width if "bufferView" in accessor else 1
     if not isinstance(count, int) or not 0 <= count * least <= size:
         raise ValueError(f"{name} announces {count} values of {width} bytes, more than the {size} bytes of the file hold")
+
+
+def _check_primitives(gltf: dict, size: int) -> None:
+    """Primitives may share their accessors, but each gets vertices and triangles of its own."""
+    counts = [accessor["count"] for accessor in _list(gltf, "accessors")]
+    total = 0
+    for mesh in _list(gltf, "meshes"):
+        for primitive in _list(mesh, "primitives") if isinstance(mesh, dict) else ():
+            attributes = primitive.get("attributes") if isinstance(primitive, dict) else None
+            used = [attributes.get("POSITION"), primitive.get("indices")] if isinstance(attributes, dict) else []
+            total += sum(counts[index] for index in used if isinstance(index, int) and 0 <= index < len(counts))
+    if total > max(FREE_ELEMENTS, ELEMENTS_PER_BYTE * size):
+        raise ValueError(f"its primitives have {total} vertices and indices together, far more than {size} bytes hold")
 
 
 def _list(gltf: dict, name: str) -> list:

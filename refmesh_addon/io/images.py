@@ -14,6 +14,8 @@ from .files import atomic_file
 EXTENSIONS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".tga", ".bmp", ".webp")
 LARGEST = 8192  # pixels along a side that are kept: 200 MB; larger pictures are halved until they fit
 MOST = 16384  # pixels along a side that are read at all: 800 MB
+# Pixels that any file may have, and that each of its bytes may stand for beyond: a picture of one color has 340 as a PNG.
+FREE_PIXELS, PIXELS_PER_BYTE = 4096 * 4096, 400
 JPEG_QUALITY = 95
 WEBP_QUALITY, WEBP_EFFORT = 85, 4  # for the web, where size counts more; 6 is the greatest effort
 PNG_EFFORT = 3  # of zlib, 0 to 9: beyond that files shrink by a few percent and take twice as long
@@ -35,8 +37,8 @@ def images_available() -> bool:
 def decoded(data: bytes, name: str) -> np.ndarray:
     """(H, W, 3) uint8, first row at the top, of an encoded picture: 16 bit are brought to 8, gray becomes red, green and blue, alpha goes.
 
-    Sides beyond LARGEST are halved, by the mean of four pixels. Raises RefMeshError, with `name`, for what cannot be decoded or is
-    larger than MOST, which is not decoded at all.
+    Sides beyond LARGEST are halved, by the mean of four pixels. Raises RefMeshError, with `name`, for what cannot be decoded, is
+    larger than MOST, or has more pixels than its bytes can stand for, which is not decoded at all.
     """
     from PIL import Image, UnidentifiedImageError  # late: without Pillow everything but color works
 
@@ -45,6 +47,7 @@ def decoded(data: bytes, name: str) -> np.ndarray:
         with Image.open(io.BytesIO(data)) as image:
             if max(image.size) > MOST:
                 raise RefMeshError(f"{name}: is {image.width} x {image.height} pixels, more than {MOST}; make it smaller")
+            check_pixels(image.width * image.height, len(data), name)
             image.draft("RGB", (LARGEST, LARGEST))  # what JPEG can leave out while decoding
             return eight_bits(image)
     except UnidentifiedImageError as error:
@@ -55,6 +58,12 @@ def decoded(data: bytes, name: str) -> np.ndarray:
         Image.MAX_IMAGE_PIXELS = previous
 
 
+def check_pixels(pixels: int, size: int, name: str) -> None:
+    """Raises RefMeshError, with `name`, for pictures of so many pixels in so many bytes: decoded, they would fill the memory."""
+    if pixels > max(FREE_PIXELS, PIXELS_PER_BYTE * size):
+        raise RefMeshError(f"{name}: announces {pixels} pixels in {size} bytes, which is no picture of a capture; save it again")
+
+
 def eight_bits(image) -> np.ndarray:
     """(H, W, 3) uint8 of a Pillow image of any mode, as in `decoded`."""
     factor = 1
@@ -62,8 +71,8 @@ def eight_bits(image) -> np.ndarray:
         factor *= 2
     if image.mode.startswith(("I", "F")):
         return _gray(np.asarray(image), factor)
-    if image.mode == "P":
-        image = image.convert("RGBA")
+    if image.mode in ("1", "P"):  # which cannot be reduced
+        image = image.convert("L" if image.mode == "1" else "RGBA")
     if factor > 1:
         image = image.reduce(factor)
     return np.array(image.convert("RGB"))

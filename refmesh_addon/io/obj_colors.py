@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -124,11 +125,15 @@ def _images(materials: list[Material], used: np.ndarray, files: TextureFiles) ->
     """Decoded images of the materials in use, each once, and for every material its place among them, -1 for none."""
     names = list(dict.fromkeys(materials[index].image for index in used))
     images: list[np.ndarray] = []
-    places = {}
+    places: dict[str, int] = {}
+    known: dict[str, int] = {}  # by file, of which there can be many names
     for name in names:
         picture = files.picture(name, only=len(names) == 1)
-        places[name] = len(images) if picture else -1
-        images += [decoded(picture[1], str(picture[0]))] if picture else []
+        file = os.path.realpath(picture[0]) if picture else ""
+        if picture and file not in known:
+            known[file] = len(images)
+            images.append(decoded(picture[1], str(picture[0])))
+        places[name] = known.get(file, -1)
     return tuple(images), np.array([places.get(material.image, -1) for material in materials])
 
 

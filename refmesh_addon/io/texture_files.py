@@ -26,6 +26,8 @@ class TextureFiles:
         self.folder = frame.parent.resolve()
         self.notes: list[str] = []
         self.contents: list[bytes] = []
+        self._known: dict[Path, bytes] = {}
+        self._listings: dict[Path, dict[str, Path]] = {}
         self.paths: list[Path] = []
 
     def read(self, name: str) -> bytes | None:
@@ -97,15 +99,25 @@ class TextureFiles:
             return path if self._inside(path) else None
         if not path.parent.is_dir():
             return None
-        same = [other for other in sorted(path.parent.iterdir()) if other.name.lower() == path.name.lower()]
-        return same[0] if same and self._inside(same[0]) else None
+        same = self._listing(path.parent).get(path.name.lower())
+        return same if same is not None and self._inside(same) else None
+
+    def _listing(self, folder: Path) -> dict[str, Path]:
+        """Paths in a folder by their names in lower case, the first in order for each; listed once, as a frame can name thousands."""
+        if folder not in self._listings:
+            self._listings[folder] = {path.name.lower(): path for path in sorted(folder.iterdir(), reverse=True)}
+        return self._listings[folder]
 
     def _inside(self, path: Path) -> bool:
         return path.resolve().is_relative_to(self.folder)
 
     def _bytes(self, path: Path) -> bytes | None:
+        real = path.resolve()
+        if real in self._known:  # under another name
+            return self._known[real]
         try:
-            self.contents.append(read_regular(path))
+            self._known[real] = read_regular(path)
+            self.contents.append(self._known[real])
             self.paths.append(path)
             return self.contents[-1]
         except OSError as error:

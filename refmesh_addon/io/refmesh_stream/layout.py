@@ -31,8 +31,8 @@ MOST_FRAMES = 64  # in a group: beyond that a transform over all of them costs m
 MOST_VERTICES, MOST_TRIANGLES = 1 << 22, 1 << 23
 MOST_POSITIONS = 1 << 24  # vertices times frames in a group
 MOST_GROUPS = 1 << 20
-TRIANGLES_PER_BYTE = 16  # greatest number of triangles that a byte of a group stands for; what is coded in less is padded
-POSITIONS_PER_BYTE = 512  # likewise for vertices times frames
+TRIANGLES_PER_BYTE = 4  # greatest number of triangles that a byte of a group stands for; what is coded in less is padded
+POSITIONS_PER_BYTE = 64  # likewise for vertices times frames
 
 
 @dataclass(frozen=True)
