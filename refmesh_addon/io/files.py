@@ -50,10 +50,12 @@ def output_folder(path: str | Path, shared: bool = False) -> Path:
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        for partial in () if shared else path.glob("*" + PARTIAL_SUFFIX):
+        # Those of Blender's own exporters keep their extension.
+        for partial in () if shared else (*path.glob("*" + PARTIAL_SUFFIX), *path.glob(f"*{PARTIAL_SUFFIX}.*")):
             if not partial.is_dir():
                 partial.unlink()
         probe = path / (f"write-test-{os.getpid()}" + PARTIAL_SUFFIX)
+        probe.unlink(missing_ok=True)  # writing would follow a link
         probe.write_bytes(b"")
         probe.unlink(missing_ok=True)
     except OSError as error:

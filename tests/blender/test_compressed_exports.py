@@ -148,3 +148,18 @@ def test_a_damaged_stream_is_refused_in_words(blender, tmp_path):
         blender.ops.refmesh.decode_stream(filepath=str(tmp_path / "damaged.refmesh"))
     with pytest.raises(RuntimeError, match="damaged.refmesh: was not written to its end"):
         blender.ops.refmesh.import_stream(filepath=str(tmp_path / "damaged.refmesh"))
+
+
+@needs_constriction
+def test_neither_decoding_nor_importing_a_stream_replaces_a_file_of_the_users(blender, solved, results, tmp_path):
+    blender.ops.refmesh.export(format="refmesh")
+    path, folder = results / "export" / "ball.refmesh", tmp_path / "taken"
+    folder.mkdir()
+    for name, operator in (("frame_0006.ply", "decode_stream"), ("ball_group_000.pc2", "import_stream")):
+        (folder / name).write_bytes(b"mine")
+        with pytest.raises(RuntimeError, match=f"{name}: is another file, which is kept"):
+            getattr(blender.ops.refmesh, operator)(filepath=str(path), output=str(folder))
+        assert (folder / name).read_bytes() == b"mine"
+    for operator in ("decode_stream", "import_stream"):
+        for _ in range(2):  # what is there already is what would be written
+            getattr(blender.ops.refmesh, operator)(filepath=str(path), output=str(tmp_path / "own"))

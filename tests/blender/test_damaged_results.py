@@ -57,3 +57,12 @@ def test_results_that_name_a_mesh_elsewhere_do_not_open_it(blender, ball, result
     (results / "report.json").write_text(json.dumps(report))
     blender.ops.refmesh.load_results(output=str(results))
     assert ball.refmesh.own_mesh is None and len(ball.refmesh.groups[0].reference.data.vertices) > 3
+
+
+def test_an_export_does_not_replace_the_capture(blender, solved, results, frames, tmp_path):
+    (tmp_path / "mine").mkdir()
+    first = frames / "ball_0006.obj"
+    os.link(first, tmp_path / "mine" / "ball.glb")
+    before = first.read_bytes()
+    assert attempt("export", format="glb", directory=str(tmp_path / "mine")) == "refused"
+    assert first.read_bytes() == before and attempt("export", format="glb", directory=str(tmp_path / "other")) == "done"

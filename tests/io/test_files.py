@@ -91,3 +91,12 @@ def test_json_refuses_what_it_cannot_hold(tmp_path, value):
     with pytest.raises((ValueError, TypeError)):
         write_json(tmp_path / "a.json", {"x": value})
     assert names(tmp_path) == []
+
+
+def test_what_a_killed_exporter_left_is_removed_and_links_are_not_followed(tmp_path):
+    mine = tmp_path / "mine.abc"
+    mine.write_bytes(b"mine")
+    folder = output_folder(tmp_path / "out")
+    (folder / f"ball{PARTIAL_SUFFIX}.abc").symlink_to(mine)
+    (folder / f"write-test-{os.getpid()}{PARTIAL_SUFFIX}").symlink_to(mine)
+    assert names(output_folder(folder)) == [] and mine.read_bytes() == b"mine"

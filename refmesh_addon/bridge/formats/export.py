@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
+from ..scene.paths import absolute_path
 from .choice import Choice
 
 if TYPE_CHECKING:
@@ -43,5 +46,22 @@ class Export:
         return bpy.path.clean_name(self.owner.refmesh.root.name)
 
     def target(self, extension: str) -> Path:
-        """The file that the whole sequence is written to."""
-        return self.folder / f"{self.name}{extension}"
+        """The file that the whole sequence is written to. Raises RefMeshError as `file` does."""
+        return self.file(f"{self.name}{extension}")
+
+    def file(self, name: str) -> Path:
+        """A file to write in the folder. Raises RefMeshError where it would replace a captured frame, by what the files are."""
+        path = self.folder / name
+        if path.exists() and _identity(path) in self._captured:
+            raise RefMeshError(f"{path}: is a frame of the capture, which the export would replace; choose another folder")
+        return path
+
+    @cached_property
+    def _captured(self) -> set[tuple[int, int]]:
+        paths = (absolute_path(self.owner, frame.path) for frame in self.owner.refmesh.frames)
+        return {_identity(path) for path in paths if path.exists()}
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_dev, status.st_ino

@@ -49,6 +49,7 @@ def replacing(target: Path) -> Iterator[Path]:
     """
     partial = target.with_name(f"{target.stem}{PARTIAL_SUFFIX}{target.suffix}")
     try:
+        partial.unlink(missing_ok=True)  # an exporter would follow a link
         yield partial
         os.replace(partial, target)
     except (RuntimeError, OSError) as error:

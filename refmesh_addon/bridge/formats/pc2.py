@@ -21,8 +21,8 @@ def write(export: Export) -> list[Path]:
     for index, frames in export.choice.groups.items():
         group, stem = report["groups"][index], f"{export.name}_group_{index:03d}"
         samples = [frame - export.owner.refmesh.groups[index].start for frame in frames]
-        written.append(_copy_samples(_cache(export, index, group), export.folder / f"{stem}.pc2", samples))
-        written.append(_copy_reference(export.results / group["reference"], export.folder / f"{stem}.ply", report.get("offset", [])))
+        written.append(_copy_samples(_cache(export, index, group), export.file(f"{stem}.pc2"), samples))
+        written.append(_copy_reference(export.results / group["reference"], export.file(f"{stem}.ply"), report.get("offset", [])))
     return written
 
 

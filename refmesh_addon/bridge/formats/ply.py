@@ -25,7 +25,7 @@ def write(export: Export) -> list[Path]:
 
 def _write_frame(export: Export, index: int, scene_frame: int, source: Path, folder: Path) -> Path:
     """A copy of the file; where the group has corrections, with corrected positions in it."""
-    target = copy_result(source, folder / source.name)
+    target = copy_result(source, export.file(f"{folder.name}/{source.name}"))
     corrected = corrected_positions(export.owner, index, scene_frame)
     if corrected is not None:
         replace_positions(target, corrected + stored_offset(read_report(export.results)))

@@ -8,10 +8,11 @@ from typing import Protocol
 import bpy
 import numpy as np
 
+from ...core.errors import RefMeshError
 from ...core.geometry.storage_offset import storage_offset
 from ...core.types import TriangleMesh
 from ...io.files import output_folder
-from ...io.pc2 import write_pc2
+from ...io.pc2 import pc2_shape, write_pc2
 from ...io.refmesh_stream.writer import FrameGroup
 from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, new_root
@@ -45,10 +46,21 @@ def import_stream(scene: bpy.types.Scene, reader: Stream, folder: Path, up_axis:
         fill_mesh(member.data, TriangleMesh(group.positions[0] - offset, group.triangles))
         cache = target / f"{stem}_group_{index:03d}.pc2"
         samples = _with_gaps_held(group)
+        _check_replaceable(cache, (len(samples), group.positions.shape[1]))
         write_pc2(cache, (group.positions[sample] for sample in samples), group.positions.shape[1], len(samples), offset)
         play_cache(member, cache, start)
         show_only_between(member, start if index else None, None if last else starts[index + 1])
     return root
+
+
+def _check_replaceable(cache: Path, shape: tuple[int, int]) -> None:
+    """Raises RefMeshError for a file that an earlier import cannot have written."""
+    try:
+        own = not cache.exists() or pc2_shape(cache) == shape
+    except RefMeshError:
+        own = False
+    if not own:
+        raise RefMeshError(f"{cache}: is another file, which is kept; choose another folder")
 
 
 def _with_gaps_held(group: FrameGroup) -> np.ndarray:
