@@ -15,8 +15,8 @@ from sample_scenes.generators.surface import iso_surface
 
 from .running import finish, report
 
-OPEN_RUN = {"centers": 100, "resolution": 48, "triangles": 3000}
-CAMERA = DepthCamera((0.0, -1.0, 6.0), (0.0, 0.0, 0.0), width=70)
+OPEN_RUN = {"centers": 60, "resolution": 40, "triangles": 1500}
+CAMERA = DepthCamera((0.0, -1.0, 6.0), (0.0, 0.0, 0.0), width=56)
 
 
 def body(shift: float) -> TriangleMesh:
@@ -81,7 +81,7 @@ def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_fo
     """A closed frame among open ones, and a camera that moves."""
     source = tmp_path / "in"
     source.mkdir()
-    cameras = [CAMERA, DepthCamera((1.5, -1.0, 5.8), (0.0, 0.0, 0.0), width=70), CAMERA]
+    cameras = [CAMERA, DepthCamera((1.5, -1.0, 5.8), (0.0, 0.0, 0.0), width=56), CAMERA]
     meshes = [camera.seen(body(0.05 * number), number) for number, camera in enumerate(cameras)]
     meshes.append(body(0.15))
     for number, mesh in enumerate(meshes):
@@ -89,7 +89,7 @@ def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_fo
     finish(source, tmp_path / "out", **OPEN_RUN | {"group_size": 4})
     frames = report(tmp_path / "out")["frames"]
     assert len(frames) == 4 and report(tmp_path / "out")["surface"] == "open"
-    assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.03
+    assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.04
 
 
 def test_holes_of_bodies_are_closed_or_left_open_as_told(tmp_path):
@@ -108,3 +108,11 @@ def test_holes_of_bodies_are_closed_or_left_open_as_told(tmp_path):
         assert report(tmp_path / holes)["surface"] == "closed" and group["watertight"] == (holes == "closed")
         assert max(frame["source_to_deformed"]["mean"] for frame in report(tmp_path / holes)["frames"]) < 0.003
     assert not len(rims["closed"]) and np.abs(rims["open"][:, 1] + 0.8).max() < 0.15
+
+
+def test_a_run_may_be_as_long_as_it_holds(take, tmp_path):
+    finish(take, tmp_path, segments="long", until="evaluation", **OPEN_RUN)
+    groups, frames = report(tmp_path)["groups"], report(tmp_path)["frames"]
+    assert [number for group in groups for number in group["frames"]] == [0, 1, 2]
+    assert all(group["reason"] for group in groups)
+    assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.02

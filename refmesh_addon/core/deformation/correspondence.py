@@ -63,12 +63,18 @@ class Correspondence:
     reference : samples the reference mesh.
     compatible : pairs that it refuses are never formed; None allows all.
     enclosed : by the source; computed where it is None.
+    is_open : whether the reference ends where the source does, so that what the source shows beyond its border pulls the border there.
     """
 
     def __init__(
-        self, source: SurfaceIndex, reference: SurfaceSampler, compatible: Compatible | None = None, enclosed: Enclosed | None = None
+        self,
+        source: SurfaceIndex,
+        reference: SurfaceSampler,
+        compatible: Compatible | None = None,
+        enclosed: Enclosed | None = None,
+        is_open: bool = False,
     ):
-        self.source, self._sampler, self._compatible = source, reference, compatible
+        self.source, self._sampler, self._compatible, self._is_open = source, reference, compatible, is_open
         self._enclosed = enclosed or enclosed_by(source.mesh)
         self._normals = triangle_normals(source.mesh)
         source_sampler = SurfaceSampler(source.mesh)
@@ -108,7 +114,7 @@ class Correspondence:
             not_away = fitting(samples, unpaired.samples, normals, BESIDE, allowed)
             nearest = index.query(samples.points[unpaired.samples], limits.distance, not_away)
             paired = paired.joined(Partners.of(unpaired.samples, nearest).where(nearest.triangles >= 0))
-        paired = _off_border(mesh, self._sampler.border, paired)
+        paired = paired if self._is_open else _off_border(mesh, self._sampler.border, paired)
         corners, targets = mesh.triangles[paired.triangles], samples.points[paired.samples]
         shares = barycentric(paired.points, mesh.vertices[corners])
         directions = _directions(paired.points - targets, normals[paired.triangles], limits)

@@ -80,7 +80,7 @@ class ReferenceDeformer:
 
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping
-        self._enclosed_by = nothing_enclosed_by if reference.is_open else enclosed_by
+        self._is_open, self._enclosed_by = reference.is_open, nothing_enclosed_by if reference.is_open else enclosed_by
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
@@ -99,7 +99,7 @@ class ReferenceDeformer:
         posed = self._posed(handles, goals, start)
         source, enclosed = SurfaceIndex(mesh), self._enclosed_by(mesh)
         compatible = self._compatible_pairs(owners, possible_owners(mesh, centers, self._group.spacing))
-        correspondence = Correspondence(source, self._sampler, compatible, enclosed)
+        correspondence = Correspondence(source, self._sampler, compatible, enclosed, self._is_open)
         fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds)
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.evaluation.segment_limits import FrameFigures, passed_limits, usual_figures, worse_of
 from ...core.evaluation.stretch import RestShape
-from ...core.reference.grouping import least_strained_cut
+from ...core.reference.grouping import content_groups, least_strained_cut
 from ...core.types import FrozenArrays
 from ..session.cache import digest
 from ..session.context import Context
@@ -28,6 +28,8 @@ from .tracking_result import TrackingResult
 PLAN_SCHEMA = 1
 ROUNDS = 4  # of cuts; after the last one every group that passes the limits has a mesh of its own
 TRIAL_FOLDER = "trial/"  # in the cache, for meshes of single groups
+LONGEST_VIEW = 30  # frames of an open take that one mesh is tried on: a second, in which a camera sees much the same
+VIEW = "what the camera sees has changed"
 FIRST, ASKED, JUMP = "the take begins", "as requested", "something appears or leaves"
 OWN_MESH, AFTER_OWN = "one mesh does not serve both sides: ", "the group before has a mesh of its own: "
 
@@ -109,10 +111,22 @@ def _reasons(runs: list[tuple[int, ...]]) -> tuple[str, ...]:
 
 
 def _remembered(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> SegmentPlan:
-    starts = {0: FIRST} | {jump: JUMP for jump in tracking.jumps if jump}
+    starts = {0: FIRST} | {jump: JUMP for jump in tracking.jumps if jump} | _changes_of_view(context, tracking)
     key = _plan_key(context, tracking, bodies)
     cuts = context.cache.load_result("segments/plan", key, Cuts) or Cuts(*_sorted(starts), 0, False)
     return _plan(context, tracking, bodies, cuts)
+
+
+def _changes_of_view(context: Context, tracking: TrackingResult) -> dict[int, str]:
+    """Where runs of an open take begin before any is tried.
+
+    A mesh of all that hundreds of frames show would serve none of them, and trying it would take longer than all else.
+    """
+    if context.frames.take is None:
+        return {}
+    (whole,) = tracking.ranges
+    groups = content_groups(tracking.positions, whole.load_affinity(), whole.spacing, LONGEST_VIEW)
+    return {group[0]: VIEW for group in groups[1:]}
 
 
 def _kept(context: Context, tracking: TrackingResult, bodies: np.ndarray | None, cuts: Cuts) -> SegmentPlan:
@@ -176,9 +190,17 @@ def _best_cut(tracking: TrackingResult, run: FrameGroup, groups: list[tuple[int,
 
 
 def _groups_within(context: Context, tracking: TrackingResult, run: FrameGroup) -> list[tuple[int, ...]]:
-    """The groups of the method, as far as they lie within a run."""
+    """The groups of the method, as far as they lie within a run. Of an open take, a run of one group may be divided further.
+
+    What one camera sees changes faster than bodies deform: an arm that passes hides half of a chest within a frame or two.
+    """
     members = set(run.frames)
-    return [inside for group in chosen_groups(context, tracking) if (inside := tuple(frame for frame in group if frame in members))]
+    groups = [inside for group in chosen_groups(context, tracking) if (inside := tuple(frame for frame in group if frame in members))]
+    if len(groups) > 1 or len(run.frames) == 1 or context.frames.take is None:
+        return groups
+    (whole,) = tracking.ranges
+    cut = least_strained_cut(tracking.centers_in(run.frames), whole.load_affinity(), list(range(1, len(run.frames))))
+    return [run.frames[:cut], run.frames[cut:]]
 
 
 def _tried(context: Context, tracking: TrackingResult, bodies: np.ndarray | None, frames: tuple[int, ...]) -> DeformedSequence:
