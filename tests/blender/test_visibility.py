@@ -103,3 +103,25 @@ def test_a_missing_picture_is_named(blender, ball, results):
     (results / "playback" / "visibility_001-0.png").unlink()
     with pytest.raises(RuntimeError, match="visibility_001-0.png"):
         blender.ops.refmesh.load_results(output=str(results))
+
+
+@pytest.mark.skipif(not bpy.app.build_options.usd, reason="this Blender has no USD")
+def test_usd_has_the_visibility_of_each_point_and_all_points_of_each_frame(blender, open_take, results):
+    blender.ops.refmesh.export(format="usd")
+    (path,) = (results / "export").glob("*.usd*")
+    number, index = GROUPS[1][-1], 1
+    frame = next(frame.scene_frame for frame in open_take.refmesh.frames if frame.name == str(number))
+    before = set(bpy.data.objects)
+    blender.ops.wm.usd_import(filepath=str(path))
+    blender.context.scene.frame_set(frame)
+    count = len(reference(index).vertices)
+    meshes = [one for one in set(bpy.data.objects) - before if one.type == "MESH" and len(one.data.vertices) == count]
+    mesh = meshes[0].evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    visibility = np.empty(count, np.float32)
+    mesh.attributes[ATTRIBUTE].data.foreach_get("value", visibility)
+    np.testing.assert_allclose(visibility, values(index, number), atol=0.51 / 255)
+
+
+def test_glb_keeps_its_morph_targets(blender, open_take, results):
+    blender.ops.refmesh.export(format="glb")
+    assert any((results / "export").glob("*.glb"))

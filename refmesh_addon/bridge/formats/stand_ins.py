@@ -24,6 +24,8 @@ from ..scene.meshes import read_positions, set_positions
 from ..scene.objects import remove_object
 from ..scene.overrides import remove_override
 from ..scene.playback import CACHE_NAME, cache_path
+from ..scene.visibility_nodes import NAME as VISIBILITY_NAME
+from ..scene.visibility_nodes import remove_visibility, show_all
 from .export import Export
 
 SHOWN, GONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
@@ -62,6 +64,7 @@ def morphing_stand_ins(export: Export, blended: bool = False) -> Iterator[dict[i
     with cached_stand_ins(export) as copies:
         for index, copy in copies.items():
             frames = export.choice.groups[index]
+            remove_visibility(copy)  # morph targets hold no attributes, and no vertices that come and go
             if len(copy.modifiers) > 1:
                 samples = evaluated_samples(copy, frames)
             else:
@@ -93,8 +96,9 @@ def _leave_out_own(copy: bpy.types.Object, apply_modifiers: bool) -> None:
     for name in own:
         copy.data.attributes.remove(copy.data.attributes[name])
     for modifier in [] if apply_modifiers else list(copy.modifiers):
-        if modifier.name != CACHE_NAME:
+        if modifier.name not in (CACHE_NAME, VISIBILITY_NAME):
             copy.modifiers.remove(modifier)
+    show_all(copy)  # one topology in all frames; the attribute says what is hidden
 
 
 def _cache_samples(copy: bpy.types.Object, start: int, frames: tuple[int, ...]) -> tuple[tuple[int, ...], dict[int, np.ndarray]]:

@@ -24,19 +24,31 @@ def play_visibility(member: bpy.types.Object, picture: Path | None, first_scene_
     picture : of the visibility in each scene frame from `first_scene_frame` on. What a person has set on the modifier stays.
     Raises RefMeshError, naming the file, when it is missing or damaged.
     """
-    modifier = member.modifiers.get(NAME)
     if picture is None:
-        if modifier is not None:
-            member.modifiers.remove(modifier)
+        remove_visibility(member)
         return
-    if modifier is None:
-        modifier = member.modifiers.new(NAME, "NODES")
+    modifier = member.modifiers.get(NAME) or member.modifiers.new(NAME, "NODES")
     tree = modifier.node_group or _new_tree(f"{NAME}: {member.name}")
     if tree.get("picture") != picture.name or tree.get("first") != first_scene_frame:
         _build(tree, _packed(picture), first_scene_frame, len(member.data.vertices))
         tree["picture"], tree["first"] = picture.name, first_scene_frame
     if modifier.node_group is None:
         modifier.node_group = tree
+
+
+def show_all(member: bpy.types.Object) -> None:
+    """Switches hiding off on this object, so that its topology is that of all frames; the attribute stays."""
+    modifier = member.modifiers.get(NAME)
+    if modifier is not None:
+        identifier = next(item.identifier for item in modifier.node_group.interface.items_tree if item.name == HIDE)
+        modifier[identifier] = False
+
+
+def remove_visibility(member: bpy.types.Object) -> None:
+    """Removes the modifier, if there is one."""
+    modifier = member.modifiers.get(NAME)
+    if modifier is not None:
+        member.modifiers.remove(modifier)
 
 
 def _packed(picture: Path) -> bpy.types.Image:
