@@ -48,7 +48,10 @@ def read_takes(batch: Path, output: Path, columns: Columns) -> list[Take]:
     if batch.is_dir():
         takes = [Take(str(path), output / _default_name(str(path), columns)) for path in _inside(batch, columns)]
     else:
-        takes = list(_rows(batch, output, columns))
+        try:
+            takes = list(_rows(batch, output, columns))
+        except csv.Error as error:
+            raise BatchError(f"{batch}: cannot be read as CSV ({error})") from error
     if not takes:
         raise BatchError(f"{batch}: holds no takes; give a folder with a folder for each take, or a CSV file with the column '{INPUT}'")
     places: dict[str, Take] = {}

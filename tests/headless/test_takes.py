@@ -76,6 +76,7 @@ def test_a_table_that_cannot_be_meant_is_refused(tmp_path, text, message):
 
 def test_a_missing_or_binary_file_is_refused(tmp_path):
     (tmp_path / "takes.csv").write_bytes(b"\xff\xfe\x00")
-    for name in ("takes.csv", "nothing.csv"):
+    (tmp_path / "long.csv").write_text("input\n" + "x" * 200_000)
+    for name in ("takes.csv", "nothing.csv", "long.csv"):
         with pytest.raises(BatchError, match="cannot be read as CSV"):
             read(tmp_path / name)
