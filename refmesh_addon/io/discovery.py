@@ -159,6 +159,7 @@ def _one_kind(names: list[NumberedName], kind: str, reason: _Reason) -> list[Num
 def _build(numbers: dict[NumberedName, int], found: list[Reading], reason: _Reason, picked: NumberedName | None = None) -> Sequence:
     by_number: dict[int, NumberedName] = {}
     for name, number in numbers.items():
+        _check_encoding(name.path)
         if abs(number) >= 10**MAX_DIGITS:
             raise RefMeshError(f"{name.path}: the frame number has more than {MAX_DIGITS} digits; rename the files")
         if number in by_number:
@@ -173,6 +174,13 @@ def _build(numbers: dict[NumberedName, int], found: list[Reading], reason: _Reas
     title = _name(by_number[ordered[0]], found[0].field if found else None, ordered[0])
     frames = tuple(Frame(number, by_number[number].path) for number in ordered)
     return Sequence(title, frames, gaps, step, tuple(reason.notes), tuple(reason.readings))
+
+
+def _check_encoding(path: Path) -> None:
+    """Raises RefMeshError for a name that is no Unicode, as some systems allow: neither Blender nor the report can hold it."""
+    shown = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
+    if shown != str(path):
+        raise RefMeshError(f"{shown}: its name is not valid Unicode; rename it")
 
 
 def _note_kinds(by_number: dict[int, NumberedName], reason: _Reason) -> None:

@@ -121,6 +121,8 @@ def _value(data: bytes, rng: np.random.Generator) -> bytes:
     except (ValueError, RecursionError):
         return _bytes(data, rng)
     places = list(_places(tree))
+    if not places:
+        return _bytes(data, rng)
     holder, key = places[rng.integers(len(places))]
     if rng.random() < 0.2:
         del holder[key]

@@ -1,6 +1,7 @@
 """Discovery by file names alone: the files of these tests are never opened, so most are empty."""
 
 import re
+import sys
 
 import pytest
 
@@ -239,3 +240,15 @@ def test_real_sequences_are_found(shared_data):
     dancer = find_sequence(shared_data("dancer") / "dancer_fr0008.obj")
     assert (dancer.numbers, dancer.gaps) == (tuple(range(5, 15)), ())
     assert find_sequence(shared_data("collision"), "16-20").numbers == (16, 17, 18, 19, 20)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems take no such names")
+def test_a_name_that_is_no_unicode_is_refused_in_words(folder):
+    with pytest.raises(RefMeshError, match=r"a\\udcff_1.obj: its name is not valid Unicode; rename it"):
+        find_sequence(folder("a\udcff_1.obj", "a\udcff_2.obj"))
+
+
+@pytest.mark.parametrize("source", ["a" * 5000, "a" * 300 + "/*.obj", "a\0b", "a\0*.obj", "*" * 300])
+def test_sources_that_no_system_takes_are_refused_in_words(tmp_path, source):
+    with pytest.raises(RefMeshError):
+        find_sequence(tmp_path / source if "\0" not in source else f"{tmp_path}/{source}")
