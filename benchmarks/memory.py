@@ -169,12 +169,14 @@ def main() -> None:
     chosen = {name: getattr(arguments, name) for name in ("centers", "resolution", "triangles", "tracking", "texture")}
     settings = Settings.from_flat({**FAST, **chosen})
     frames = sorted(path for path in (arguments.source or generated(arguments)).iterdir() if path.suffix in MESHES)
-    takes = [measured(frames, count, settings, arguments.until) for count in arguments.frames]
-    for take in takes:
+    takes = []
+    for count in arguments.frames:
+        takes.append(take := measured(frames, count, settings, arguments.until))
         sizes = f"main process {take.main / 2**20:.1f} MiB, {take.workers} workers of at most {take.worker / 2**20:.1f} MiB"
         print(
             f"{take.frames:5d} frames: {sizes}, {take.pace:.3f} processor seconds and "
-            f"{take.cache / take.frames / 2**20:.2f} MiB of cache a frame"
+            f"{take.cache / take.frames / 2**20:.2f} MiB of cache a frame",
+            flush=True,
         )
     short, long = takes
     figures = {"frames": arguments.frames, "until": arguments.until}

@@ -19,6 +19,10 @@ from ..types import TriangleMesh
 BLOCK_PAIRS = 1 << 21  # neighbour pairs held at once: bounds the memory to some 100 MB
 SAMPLED = 50  # every so many points tell how many pairs there are
 NEAREST = 8  # neighbours that are asked first whether one of them is more salient
+# Vertices of a mesh with edges of the unit of the radii have this area each, in squares of the unit. Above so many times as many, their
+# pairs, which grow with the square, tell nothing more.
+USUAL_AREA = np.sqrt(0.75)
+DENSE = 4.0
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,30 @@ def find_keypoints(mesh: TriangleMesh, length: float, settings: KeypointSettings
         raise ValueError(f"length must be above 0; got {length}")
     if not len(mesh.vertices):
         return np.empty(0, dtype=np.int64)
-    spectra, counts = scatter_spectra(mesh.vertices, vertex_areas(mesh), settings.salient * length)
+    chosen, areas = _thinned(mesh, length)
+    points = mesh.vertices[chosen]
+    spectra, counts = scatter_spectra(points, areas, settings.salient * length)
     large, middle, small = spectra.T
     distinct = (middle < settings.flatness * large) & (small < settings.flatness * middle)
     featured = np.maximum(small, 0.0) >= settings.variation * spectra.sum(axis=1)  # rounding leaves planes a little below zero
     eligible = np.flatnonzero(distinct & featured & (counts > settings.least_neighbours))
-    return eligible[_local_maxima(mesh.vertices[eligible], small[eligible], settings.suppression * length)]
+    return chosen[eligible[_local_maxima(points[eligible], small[eligible], settings.suppression * length)]]
+
+
+def _thinned(mesh: TriangleMesh, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) ascending indices of the vertices to look at, and the areas that they stand for: all, or of a dense mesh one in each cell of a
+    grid, the one nearest to the middle of what the cell holds.
+    """
+    areas, vertices = vertex_areas(mesh), mesh.vertices
+    if len(areas) <= DENSE * areas.sum() / (USUAL_AREA * length**2):
+        return np.arange(len(areas)), areas
+    cells = np.unique(np.floor((vertices - vertices.min(axis=0)) / length).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    weights = np.maximum(areas, TINY)
+    total = np.bincount(cells, weights)
+    middles = np.column_stack([np.bincount(cells, weights * column) for column in vertices.T]) / total[:, None]
+    order = np.lexsort((np.linalg.norm(vertices - middles[cells], axis=1), cells))
+    firsts = order[np.flatnonzero(np.diff(cells[order], prepend=-1))]
+    return np.sort(firsts), total[cells[np.sort(firsts)]]
 
 
 def scatter_spectra(points: np.ndarray, weights: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:

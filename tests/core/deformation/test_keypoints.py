@@ -139,3 +139,17 @@ def test_key_points_of_a_real_body_come_again_in_the_next_frame(shared_data):
     gaps = cKDTree(found[1]).query(found[0])[0]
     assert 100 < len(found[0]) < 1000
     assert (gaps < 3 * length).mean() > 0.6  # the body moves by about an edge length between the two frames
+
+
+def test_a_dense_mesh_has_key_points_where_the_coarse_one_has_them():
+    """One vertex in each cell is looked at, so that the pairs do not grow with the square of the density."""
+    coarse, dense = hills(), hills(301, 201)
+    length = mean_edge_length(coarse)
+    thinned, areas = keypoints._thinned(dense, length)
+    assert len(thinned) < 3 * len(coarse.vertices) and (np.diff(thinned) > 0).all()
+    assert_allclose(areas.sum(), vertex_areas(dense).sum())
+    assert_array_equal(keypoints._thinned(coarse, length)[0], np.arange(len(coarse.vertices)))
+    ours, theirs = coarse.vertices[find_keypoints(coarse, length)], dense.vertices[find_keypoints(dense, length)]
+    inside = np.all((ours > 4 * length) & (ours < [3 - 4 * length, 2 - 4 * length, 9]) | (np.arange(3) == 2), axis=1)
+    assert inside.sum() > 5
+    assert (cKDTree(theirs).query(ours[inside])[0] < 2 * length).mean() > 0.7
