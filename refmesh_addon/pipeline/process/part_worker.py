@@ -26,8 +26,8 @@ def main(words: list[str]) -> int:
     os.environ.update(SINGLE_THREAD)
     try:
         _run(*words)
-    except RefMeshError as error:
-        message = " ".join(str(error).split())
+    except (RefMeshError, ImportError, MemoryError) as error:
+        message = " ".join(str(error).split()) or "out of memory: take a machine with more, or a lower --resolution"
         print(f"openjd_fail: {message}", flush=True)
         print(message, file=sys.stderr)
         return 1

@@ -13,7 +13,10 @@ CHECK = "sequence"  # reads the frames only; no stage depends on it
 TRACKING, REFERENCE, DEFORMATION, EVALUATION, COLOR = STAGES
 # Of the time of a whole run, roughly, for forecasts on a machine where nothing was measured yet.
 STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.28, REFERENCE: 0.4, DEFORMATION: 0.22, EVALUATION: 0.1, COLOR: 0.1}
-_TYPES = {"source": str, "output": str, "frames": str, "until": str, "resume": bool, "settings": dict, "warnings": list, "notes": list}
+_TYPES = {
+    **dict.fromkeys(("source", "output", "frames", "until", "scheduler"), str),
+    **{"resume": bool, "settings": dict, "warnings": list, "notes": list},
+}
 
 
 @dataclass(frozen=True)

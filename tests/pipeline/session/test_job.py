@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +11,7 @@ from refmesh_addon.pipeline.session.job import STAGES, JobSpec
 def test_a_job_survives_the_way_to_another_process():
     settings = Settings.from_flat({"centers": 64, "mapping": "rbf", "smoothness": 0.02})
     spec = JobSpec("/in/Füße *.obj", "/out", "6-10,14", settings, until="reference", resume=False, warnings=("before",), notes=("size",))
+    spec = replace(spec, scheduler="tcp://host:8786")
     assert JobSpec.from_json(spec.to_json()) == spec
     assert JobSpec.from_json(JobSpec("a", "b").to_json()) == JobSpec("a", "b")
 
@@ -49,6 +51,7 @@ def test_a_setting_out_of_range_is_refused_by_name():
         {"settings": {"texture": []}},
         {"settings": {"least_overlap": float("nan")}},
         {"until": {}},
+        {"scheduler": 8786},
     ],
 )
 def test_values_of_other_types_are_refused(changed):
