@@ -127,6 +127,21 @@ class FarPlace:
     area: float
 
 
+@dataclass(frozen=True)
+class TransientReport:
+    """Pieces of a frame that are there for a few frames only, and are not followed.
+
+    frame : number.  count : of pieces.  position : their middle, in the coordinates of the input.  area : share of the frame's surface.
+    shown : whether the deformed frame has them, as captured; otherwise they are left out.
+    """
+
+    frame: int
+    count: int
+    position: tuple[float, ...]
+    area: float
+    shown: bool
+
+
 @dataclass
 class Report:
     """Filled stage by stage and written after each.
@@ -150,6 +165,7 @@ class Report:
     groups: list[GroupReport] = field(default_factory=list)
     frames: list[FrameReport] = field(default_factory=list)
     far_places: list[FarPlace] = field(default_factory=list)
+    transients: list[TransientReport] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, object]:
@@ -169,6 +185,7 @@ class Report:
             "groups": [_without_none(group) for group in self.groups],
             "frames": [_without_none(frame) for frame in self.frames],
             "far_places": [asdict(place) for place in self.far_places],
+            "transients": [asdict(entry) for entry in self.transients],
             "warnings": self.warnings,
         }
 

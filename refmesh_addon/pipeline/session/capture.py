@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...core.capture.cleaning import CapturedFrame, cleaned
+from ...core.capture.floaters import without_floaters
+from ...core.capture.pieces import Pieces, pieces_of
 from ...core.errors import RefMeshError
 from ...io.files import atomic_file, output_folder
 from ...io.meshes import parse_frame, read_bytes
@@ -24,7 +26,7 @@ from .cached_map import WorkUnit, cached_map
 from .session import Session
 from .stage_share import StageShare
 
-FRAME_SCHEMA = 9
+FRAME_SCHEMA = 10
 
 
 @dataclass(frozen=True)
@@ -32,10 +34,12 @@ class CapturedFile(PreviewMesh):
     """A file of the sequence: the mesh as it came, as Blender shows it, and cleaned.
 
     omitted_faces : faces of the file that were left out because they have fewer than three corners.
+    pieces : of the cleaned mesh without floaters.
     """
 
     captured: CapturedFrame
     omitted_faces: int
+    pieces: Pieces
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,9 @@ def capture(path: Path, key: str) -> CapturedFile:
     if _key(data) != key:
         raise RefMeshError(f"{path}: the file changed while it was read; start the run again")
     mesh, omitted = parse_frame(data, path)
-    return CapturedFile(**vars(PreviewMesh.of(mesh)), captured=cleaned(mesh), omitted_faces=omitted)
+    captured = cleaned(mesh)
+    pieces = pieces_of(without_floaters(captured.mesh))
+    return CapturedFile(**vars(PreviewMesh.of(mesh)), captured=captured, omitted_faces=omitted, pieces=pieces)
 
 
 def _unit(frame: Frame) -> WorkUnit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,8 +11,11 @@ import numpy as np
 from ...core.capture.floaters import without_floaters
 from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
+from ...core.capture.pieces import Pieces
 from ...core.capture.strays import stray_note
+from ...core.capture.transients import transient_pieces
 from ...core.errors import RefMeshError
+from ...core.geometry.mesh import submesh, vertex_components
 from ...core.geometry.storage_offset import storage_offset
 from ...core.surfacing.hole_caps import CappedMesh, smoothly_capped
 from ...core.types import TriangleMesh
@@ -31,8 +34,10 @@ LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the medi
 class Frames:
     """Meshes of a sequence by index, seams closed, oriented outward.
 
-    mesh(index) : as captured.  surface(index) : the same without floaters, what is followed and fitted.
+    mesh(index) : as captured.  surface(index) : the same without floaters and transient pieces, what is followed and fitted.
     capped(index) : the surface with its holes capped, and which triangles cap them.  body(index) : the mesh of it, which encloses a volume.
+    transient(index) : its transient pieces, which are shown as captured.  transients : index of each frame that has any -> their numbers;
+    empty where the take is not closed.
     kind : of the take, one of `openness.KINDS`.  take : what its frames have in common where it is not closed, None where it is: the
     surface is then without what depth cameras add to it, and the body is a layer or a shell, of which all else counts as a cap.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
@@ -44,19 +49,29 @@ class Frames:
         self.sequence, self._files = sequence, captured.files
         self.keys = [captured.keys[index] for index in range(len(sequence.frames))]
         self.counts, self.inside_out, self.statistics, facts, boxes = [], [], [], [], []
-        for file in captured.files.values():
-            frame = file.captured
-            self.counts.append(len(frame.mesh.triangles))
-            self.inside_out.append(frame.inside_out)
-            self.statistics.append(frame.statistics)
-            facts.append((frame.facing, frame.statistics))
-            boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
+
+        def surveyed() -> Iterator[Pieces]:
+            """Keeps what is small of each file, and yields its pieces."""
+            for file in captured.files.values():
+                frame = file.captured
+                self.counts.append(len(frame.mesh.triangles))
+                self.inside_out.append(frame.inside_out)
+                self.statistics.append(frame.statistics)
+                facts.append((frame.facing, frame.statistics))
+                boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
+                yield file.pieces
+
+        transients = transient_pieces(surveyed())
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
         self.kind = take_kind([surface_kind(one.capped, one.compactness) for one in self.statistics], requested)
         self.take = open_take(self.kind, facts) if self.kind != CLOSED else None
+        # Of open takes, artifacts are left out first; which of their surfaces a frame shows is known by vertex.
+        self.transients = {index: pieces for index, pieces in enumerate(transients) if len(pieces) and self.take is None}
+        for index, pieces in self.transients.items():
+            self.keys[index] = digest(self.keys[index], pieces.tolist())
         if self.take is not None:
             self.keys = [digest(OPEN_SCHEMA, key, self.take.facts_of(index)) for index, key in enumerate(self.keys)]
         self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._surface)
@@ -79,12 +94,23 @@ class Frames:
         """The surface with its holes capped."""
         return self.capped(index).mesh
 
+    def transient(self, index: int) -> TriangleMesh:
+        """The transient pieces of a frame in `transients`."""
+        return self._divided(index, transient=True)
+
     def path(self, index: int) -> Path:
         """The file of a frame."""
         return self.sequence.frames[index].path
 
     def _surface(self, index: int) -> TriangleMesh:
-        return self.take.surface(self.mesh(index), index) if self.take else without_floaters(self.mesh(index))
+        return self.take.surface(self.mesh(index), index) if self.take else self._divided(index, transient=False)
+
+    def _divided(self, index: int, transient: bool) -> TriangleMesh:
+        surface = without_floaters(self.mesh(index))
+        if index not in self.transients:
+            return surface
+        piece = vertex_components(surface)[1][surface.triangles[:, 0]]
+        return submesh(surface, np.isin(piece, self.transients[index]) == transient)[0]
 
     def _capped(self, index: int) -> CappedMesh:
         surface = self.surface(index)

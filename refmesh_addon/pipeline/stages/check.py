@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...core.capture.diagnosis import FrameStatistics, diagnose
+from ...core.capture.transients import transient_pieces
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
 from ...io.files import output_folder
@@ -12,7 +13,7 @@ from ...io.preview import preview_path, remove_other_previews
 from ...io.sequence import Frame, Sequence
 from ...io.textures import missing_textures
 from ..session.cache import Cache
-from ..session.capture import CapturedFile, capture_sequence
+from ..session.capture import CapturedFile, CapturedSequence, capture_sequence
 from ..session.job import CACHE_FOLDER, CHECK, JobSpec
 from ..session.session import Session, WorkerPool
 from ..session.stage_share import Notify, StageShare
@@ -34,6 +35,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
         for index, frame in enumerate(sequence.frames)
     ]
     findings = diagnose(statistics, sequence.gaps, spec.settings.tracking.surface)
+    findings += _transients(sequence, captured)
     findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
     findings += [Finding("scene", "note", sequence.numbers[0], note) for note in spec.notes]
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])
@@ -42,6 +44,13 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
         files.claim(name)
     write_findings(output, sequence, findings)
     return findings
+
+
+def _transients(sequence: Sequence, captured: CapturedSequence) -> list[Finding]:
+    transients = transient_pieces(file.pieces for file in captured.files.values())
+    message = "{} pieces are there for a few frames only; they are not followed but shown as captured, there and nowhere else"
+    numbers = [sequence.numbers[index] for index in captured.files]
+    return [Finding("transient", "note", number, message.format(len(own))) for number, own in zip(numbers, transients) if len(own)]
 
 
 def _unreadable(frame: Frame, error: RefMeshError) -> FrameStatistics:

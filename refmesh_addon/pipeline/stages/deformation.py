@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -23,6 +23,7 @@ from ..session.stage_share import StageShare
 from .groups import FrameGroup
 from .reference import References
 from .tracking_result import TrackingResult
+from .transients import GroupTransients
 
 DEFORMATION_SCHEMA = 10
 SMOOTHING_SCHEMA = 1
@@ -64,13 +65,15 @@ class SmoothedBlock(FrozenArrays):
 class DeformedSequence:
     """The mesh of every frame, read from the cache on demand.
 
-    groups : with keys of all that their deformed meshes depend on.  references : by index of the group.
-    smoothed : by index of the group and of the block, as `blocks` divides its frames.
+    groups : with keys of all that their deformed meshes depend on.  references : by index of the group, with transient pieces.
+    smoothed : by index of the group and of the block, as `blocks` divides its frames.  transients : by index of the group.
     """
 
     groups: tuple[FrameGroup, ...]
     references: Mapping[int, ReferenceMesh]
     smoothed: Mapping[tuple[int, int], SmoothedBlock]
+    transients: Mapping[int, GroupTransients]
+    _anchors: dict[int, np.ndarray] = field(default_factory=dict)
 
     def mesh(self, group: FrameGroup, frame: int) -> TriangleMesh:
         """The reference mesh of a group in a frame that it reaches, by index."""
@@ -78,6 +81,23 @@ class DeformedSequence:
 
     def row(self, group: FrameGroup, row: int) -> SmoothedFrame:
         """One of the frames that a group reaches, by its position among them."""
+        frame, transients = self._bare_row(group, row), self.transients.get(group.index)
+        if transients is None:
+            return frame
+        if group.index not in self._anchors:
+            self._anchors[group.index] = self._anchored(group, transients)
+        vertices = transients.placed(frame.vertices, group.reached[row], self._anchors[group.index])
+        still = np.zeros((len(transients.piece), 3), frame.velocities.dtype)
+        return replace(frame, vertices=vertices, velocities=np.concatenate([frame.velocities, still]))
+
+    def _anchored(self, group: FrameGroup, transients: GroupTransients) -> np.ndarray:
+        """(V,) vertices of the reference mesh to which those of transient pieces shrink."""
+        nearest: dict[int, int] = {}
+        for frame in np.unique(transients.frame).tolist():
+            nearest |= transients.nearest(self._bare_row(group, group.frames.index(frame)).vertices, frame)
+        return np.array([nearest[piece] for piece in range(len(nearest))])[transients.piece]
+
+    def _bare_row(self, group: FrameGroup, row: int) -> SmoothedFrame:
         index, (start, _) = next((index, block) for index, block in enumerate(blocks(group)) if row < block[1])
         block = self.smoothed[group.index, index]
         flipped, held, hidden = (float(shares[row - start]) for shares in (block.flipped, block.held, block.hidden))
@@ -108,9 +128,9 @@ def deform(
         if ready is not None and not remaining[index]:
             own = {name: unit for name, unit in smoothing.items() if name[0] == index}
             done = cached_map(context, smooth_block, own, SmoothedBlock, UNCOUNTED)
-            ready(DeformedSequence(smooth_groups, references.meshes, done), smooth_groups[index])
+            ready(DeformedSequence(smooth_groups, references.extended, done, references.transients), smooth_groups[index])
     smoothed = cached_map(context, smooth_block, smoothing, SmoothedBlock, SMOOTHING)
-    return DeformedSequence(smooth_groups, references.meshes, smoothed)
+    return DeformedSequence(smooth_groups, references.extended, smoothed, references.transients)
 
 
 def blocks(group: FrameGroup) -> list[tuple[int, int]]:

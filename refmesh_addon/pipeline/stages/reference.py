@@ -37,6 +37,7 @@ from .open_reference import MOST_SHARING, build_open_with, union_of
 from .own_mesh import over_reference, own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
+from .transients import ExtendedMeshes, GroupTransients, group_transients
 
 REFERENCE_SCHEMA = 11
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
@@ -69,9 +70,18 @@ class AlignedGroups(GroupedFrames):
 
 @dataclass(frozen=True)
 class References(AlignedGroups):
-    """The same with the reference mesh of each group. meshes : by index of the group."""
+    """The same with the reference mesh of each group.
+
+    meshes : by index of the group.  transients : by index of each group that has any.
+    """
 
     meshes: Mapping[int, ReferenceMesh]
+    transients: Mapping[int, GroupTransients]
+
+    @property
+    def extended(self) -> Mapping[int, ReferenceMesh]:
+        """The meshes with the transient pieces of their frames, as they are written, played and measured."""
+        return ExtendedMeshes(self.meshes, self.transients)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +106,9 @@ def make_references(context: Context, tracking: TrackingResult, grouped: Grouped
     built = cached_map(context, build, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
     place = placed_in_reference if over_reference(context) else carried_to_reference
     carried = cached_map(context, place, own, ReferenceMesh, BUILDING)
-    return References(**vars(aligned), meshes=ChainMap(carried, built))  # type: ignore[arg-type]  # which never writes to them
+    meshes = ChainMap(carried, built)  # type: ignore[arg-type]  # which never writes to them
+    theirs = {group.index: group_transients(context, group, _budget(context, group)) for group in aligned.groups if group.index not in own}
+    return References(**vars(aligned), meshes=meshes, transients={index: pieces for index, pieces in theirs.items() if pieces})
 
 
 def align_groups(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> AlignedGroups:

@@ -17,6 +17,7 @@ from .marked_bodies import joined_bodies
 from .reference import References, counts_for_the_surface
 from .tracking_report import write_centers
 from .tracking_result import TrackingResult
+from .transients import report_transients
 
 
 def write_references(context: Context, tracking: TrackingResult, references: References, reasons: tuple[str, ...]) -> None:
@@ -28,13 +29,14 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
     _warn_of_cap(context)
     for group in references.groups:
         entry = replace(_group_report(context, references, group), reason=reasons[group.index])
-        write_ply(context.claim(entry.reference), references.meshes[group.index].mesh)
+        write_ply(context.claim(entry.reference), references.extended[group.index].mesh)
         context.report.groups.append(entry)
         _warn_of_left_out(context, entry)
         _warn_of_joined(context, references, group)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
     arrays = {f"group_{index:03d}_reference_centers": centers.positions for index, centers in references.centers.items()}
     write_centers(context, tracking, arrays, references.bodies)
+    report_transients(context, references.transients)
 
 
 def _group_report(context: Context, references: References, group: FrameGroup) -> GroupReport:
@@ -51,7 +53,7 @@ def _group_report(context: Context, references: References, group: FrameGroup) -
         frames=tuple(context.numbers[frame] for frame in group.frames),
         anchor=context.numbers[group.frames[centers.anchor]],
         reference=f"reference/group_{group.index:03d}.ply",
-        triangles=len(reference.mesh.triangles),
+        triangles=len(references.extended[group.index].mesh.triangles),
         components=vertex_components(reference.mesh)[0],
         watertight=is_watertight(reference.mesh),
         self_intersections=reference.self_intersections,
