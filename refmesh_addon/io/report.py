@@ -72,6 +72,7 @@ class FrameReport:
     the source.  overstretched : share of the surface whose triangles are stretched far beyond the reference.
     capped : share of the frame's closed surface that closes holes by a guess.
     held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
+    absent : share of vertices of bodies that the frame does not show at all; they are in one point of the surface.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
     d1_psnr, d2_psnr : dB.
     Of open takes only: kept : share of the captured surface that was kept.  skirts, flying, frayed : shares that were left out of it.
@@ -87,6 +88,7 @@ class FrameReport:
     flipped: float = 0.0
     held: float = 0.0
     hidden: float = 0.0
+    absent: float = 0.0
     overstretched: float = 0.0
     source_to_deformed: Distances | None = None
     deformed_to_source: Distances | None = None

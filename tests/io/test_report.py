@@ -62,6 +62,7 @@ def test_what_is_not_made_yet_is_left_out():
         "flipped": 0.0,
         "held": 0.0,
         "hidden": 0.0,
+        "absent": 0.0,
         "overstretched": 0.0,
     }
 

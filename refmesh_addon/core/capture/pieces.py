@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -28,11 +29,11 @@ class Pieces(FrozenArrays):
     queries : (K, Q, 3) points on each.  samples : (N, 3) points on all of them, `piece` : (N,) of which.
     """
 
-    volumes: np.ndarray
-    areas: np.ndarray
-    queries: np.ndarray
-    samples: np.ndarray
-    piece: np.ndarray
+    volumes: Annotated[np.ndarray, "(K) float64"]
+    areas: Annotated[np.ndarray, "(K) float64"]
+    queries: Annotated[np.ndarray, "(K, Q, 3) float64"]
+    samples: Annotated[np.ndarray, "(N, 3) float64"]
+    piece: Annotated[np.ndarray, "(N) integer"]
 
     @property
     def radii(self) -> np.ndarray:

@@ -25,6 +25,7 @@ from .folds import unfolded
 from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
 from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from .patches import PATCH_RADIUS, Patches, surface_patches
+from .presence import absent_bodies
 from .protrusions import VisibleSource, without_protrusions
 from .surface_fit import fit_surface
 from .surface_samples import SurfaceSampler
@@ -57,6 +58,7 @@ class DeformedFrame(FrozenArrays):
 
     vertices : (R, 3) scene units.  keypoints : (K,) indices of the vertices that were matched.  keypoint_targets : (K, 3) where to.
     held : (R,) bool, vertices that ARAP alone placed.  hidden : (R,) bool, vertices that lie in a contact.
+    absent : (R,) bool, vertices of bodies that the frame does not show at all.
     curled : (S,) bool, triangles that face against their surroundings as the source does there.
     rotation_vectors : (R, 3) rotation of the surroundings of each vertex by the centers, axis times angle in radians.
     """
@@ -66,6 +68,7 @@ class DeformedFrame(FrozenArrays):
     keypoint_targets: Annotated[np.ndarray, "(K, 3) float64"]
     held: Annotated[np.ndarray, "(R) bool"]
     hidden: Annotated[np.ndarray, "(R) bool"]
+    absent: Annotated[np.ndarray, "(R) bool"]
     curled: Annotated[np.ndarray, "(S) bool"]
     rotation_vectors: Annotated[np.ndarray, "(R, 3) float64"]
 
@@ -112,6 +115,7 @@ class ReferenceDeformer:
             goals,
             held=fitted.held,
             hidden=hidden(deformed.vertices),
+            absent=absent_bodies(deformed, source, enclosed),
             curled=facing.curled(deformed.vertices),
             rotation_vectors=Rotation.from_matrix(rotations).as_rotvec(),
         )

@@ -12,6 +12,7 @@ from ...core.capture.openness import OPEN
 from ...core.deformation.deformer import DeformedFrame, GroupReference, deform_reference
 from ...core.deformation.facing import Facing
 from ...core.deformation.fold_free_moves import moved_without_folds
+from ...core.deformation.presence import shrunk
 from ...core.deformation.temporal_smoothing import smoothed_in_time
 from ...core.reference.group import ReferenceMesh
 from ...core.types import FrozenArrays, TriangleMesh
@@ -25,8 +26,8 @@ from .reference import References
 from .tracking_result import TrackingResult
 from .transients import GroupTransients
 
-DEFORMATION_SCHEMA = 10
-SMOOTHING_SCHEMA = 1
+DEFORMATION_SCHEMA = 11
+SMOOTHING_SCHEMA = 2
 BLOCK = 10  # frames of a run that are smoothed together
 # Parts of the stage's time, roughly.
 DEFORMING = StageShare(DEFORMATION, 0.0, 0.95)
@@ -43,6 +44,7 @@ class SmoothedFrame(FrozenArrays):
     flipped: float
     held: float
     hidden: float
+    absent: float
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class SmoothedBlock(FrozenArrays):
     vertices : (F, R, 3) scene units.  velocities : (F, R, 3) float32, scene units per frame.
     flipped : (F,) share of triangles that face against their surroundings and against the source.
     held : (F,) share of vertices that no point of the source pulled.  hidden : (F,) share of vertices that lie in a contact.
+    absent : (F,) share of vertices of bodies that the frame does not show, which are in one point.
     """
 
     vertices: Annotated[np.ndarray, "(F, R, 3) float64"]
@@ -59,6 +62,7 @@ class SmoothedBlock(FrozenArrays):
     flipped: Annotated[np.ndarray, "(F) float64"]
     held: Annotated[np.ndarray, "(F) float64"]
     hidden: Annotated[np.ndarray, "(F) float64"]
+    absent: Annotated[np.ndarray, "(F) float64"]
 
 
 @dataclass(frozen=True)
@@ -100,8 +104,8 @@ class DeformedSequence:
     def _bare_row(self, group: FrameGroup, row: int) -> SmoothedFrame:
         index, (start, _) = next((index, block) for index, block in enumerate(blocks(group)) if row < block[1])
         block = self.smoothed[group.index, index]
-        flipped, held, hidden = (float(shares[row - start]) for shares in (block.flipped, block.held, block.hidden))
-        return SmoothedFrame(block.vertices[row - start], block.velocities[row - start], flipped, held, hidden)
+        shares = (float(getattr(block, name)[row - start]) for name in ("flipped", "held", "hidden", "absent"))
+        return SmoothedFrame(block.vertices[row - start], block.velocities[row - start], *shares)
 
 
 def deform(
@@ -159,8 +163,10 @@ def smooth_block(
     placed = np.stack([moved_without_folds(*moves) for moves in zip(facings, vertices, goals, strict=True)])
     velocities = np.gradient(placed, times, axis=0) if len(times) > 1 else np.zeros_like(placed)
     flipped = [np.mean(facing.folded(there) & ~frame.curled) for facing, there, frame in zip(facings, placed, fitted, strict=True)]
-    held, hidden = ([np.mean(getattr(frame, name)) for frame in fitted] for name in ("held", "hidden"))
-    return SmoothedBlock(placed[own], velocities.astype(np.float32)[own], *(np.array(shares)[own] for shares in (flipped, held, hidden)))
+    placed = np.stack([shrunk(there, mesh, frame.absent) for there, frame in zip(placed, fitted, strict=True)])
+    velocities[np.stack([frame.absent for frame in fitted])] = 0.0
+    rest = ([np.mean(getattr(frame, name)) for frame in fitted] for name in ("held", "hidden", "absent"))
+    return SmoothedBlock(placed[own], velocities.astype(np.float32)[own], *(np.array(shares)[own] for shares in (flipped, *rest)))
 
 
 def _fitting(context: Context, tracking: TrackingResult, references: References, group: FrameGroup, frame: int) -> WorkUnit:

@@ -69,6 +69,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
     remove_stale_removed(context)
     context.report.far_places.sort(key=lambda place: -place.distance)
     _warn_of_far_places(context)
+    _warn_of_absent(context)
 
 
 def _reported(number: int, kind: str, places: FarPlaces) -> list[FarPlace]:
@@ -87,13 +88,21 @@ def _warn_of_far_places(context: Context) -> None:
             context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}; {more}")
 
 
+def _warn_of_absent(context: Context) -> None:
+    numbers = [frame.number for frame in context.report.frames if frame.absent]
+    if numbers:
+        what = "bodies of the mesh that the capture does not show there are shrunk to a point of the surface"
+        context.warn(f"frame{'s' if len(numbers) > 1 else ''} {format_ranges(numbers)}: {what}")
+
+
 def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, row: int) -> FrameReport:
     number = context.numbers[group.frames[row]]
     if smoothed.flipped > FLIPPED_WARNING:
         better = "begin another mesh there (--group-starts)" if group.segment else "a smaller --group-size may serve it better"
         context.warn(f"frame {number}: {smoothed.flipped:.2%} of the triangles are flipped; {better}")
     capped = context.frames.statistics[group.frames[row]].capped
-    return FrameReport(number, group.index, deformed_path(number), smoothed.flipped, smoothed.held, smoothed.hidden, capped=capped)
+    shares = {name: getattr(smoothed, name) for name in ("flipped", "held", "hidden", "absent")}
+    return FrameReport(number, group.index, deformed_path(number), **shares, capped=capped)
 
 
 def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:

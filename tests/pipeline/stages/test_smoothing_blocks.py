@@ -18,9 +18,10 @@ def fitted_frames(mesh: TriangleMesh, count: int) -> list[DeformedFrame]:
     frames = []
     for row in range(count):
         vertices = mesh.vertices + [0.02 * row**2, 0.1 * row, 0.0] + 0.005 * rng.standard_normal(mesh.vertices.shape)
-        marks = [rng.random(size) < 0.1 for size in (len(vertices), len(vertices), len(mesh.triangles))]
+        held, hidden, curled = [rng.random(size) < 0.1 for size in (len(vertices), len(vertices), len(mesh.triangles))]
         turns = Rotation.identity(len(vertices)).as_rotvec()
-        frames.append(DeformedFrame(vertices, none, np.zeros((0, 3)), *marks, turns))
+        present = np.zeros(len(vertices), dtype=bool)
+        frames.append(DeformedFrame(vertices, none, np.zeros((0, 3)), held, hidden, present, curled, turns))
     return frames
 
 
