@@ -9,7 +9,7 @@ import { loadBytes } from './take.js';
 
 const BACKGROUND = 0x23272c;
 const FIELD_OF_VIEW = 35; // degrees
-const MARGIN = 1.1; // of the distance from which the whole take is visible
+const MARGIN = 1.02; // of the distance from which the whole take is visible
 
 class Viewer {
   constructor(canvas, take, gltf) {
@@ -18,10 +18,10 @@ class Viewer {
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.scene = new Scene();
     this.scene.background = new Color(BACKGROUND);
-    this.scene.add(gltf.scene, new HemisphereLight(0xffffff, 0x555566, 2.0));
+    this.scene.add(gltf.scene, new HemisphereLight(0xffffff, 0x33333c, 1.0));
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
-    const light = new DirectionalLight(0xffffff, 2.0);
-    light.position.set(0.5, 1, 1);
+    const light = new DirectionalLight(0xffffff, 1.8);
+    light.position.set(-1, 1.2, 1);
     this.camera.add(light); // shines over the viewer's shoulder
     this.scene.add(this.camera);
     this.controls = new OrbitControls(this.camera, canvas);

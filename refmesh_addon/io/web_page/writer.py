@@ -42,7 +42,7 @@ class Take:
             "Frames": f"{self.numbers[0]} to {self.numbers[-1]} ({count})",
             "Frames a second": f"{self.frame_rate:g}",
             "Triangles": " to ".join(f"{number}" for number in dict.fromkeys((triangles[0], triangles[-1]))),
-            "Morph targets": f"{sum(run.targets for run in self.runs)} in {len(self.runs)} runs of frames",
+            "Morph targets": f"{sum(run.targets for run in self.runs)}, in {len(self.runs)} run{'s' if len(self.runs) > 1 else ''} of frames",
             "File": f"{size / 1e3:.0f} kB",
             "Rate": f"{8e-6 * size * self.frame_rate / count:.2f} Mbit/s",
             "Greatest error": f"{100 * max(run.error for run in self.runs):.2g} % of the diagonal (RMS)",
