@@ -11,6 +11,9 @@ import numpy as np
 
 from refmesh_addon.io.refmesh_stream.reader import StreamReader
 from refmesh_addon.io.refmesh_stream.writer import FrameGroup, Quality, write_stream
+from refmesh_addon.io.small_glb.choice import SmallGlb
+from refmesh_addon.io.small_glb.segment import fitted_segment
+from refmesh_addon.io.small_glb.writer import encoded
 
 FRAME_RATE = 30.0
 DRACO_LEVEL, ZSTD_LEVEL = 10, 19  # the smallest files that Draco makes, and nearly those that zstd makes
@@ -75,11 +78,22 @@ def ours(take: Take, quality: Quality) -> tuple[int, list[FrameGroup]]:
         return path.stat().st_size, [reader.group(index) for index in range(len(reader.entries))]
 
 
+def small_glb(take: Take, error: float) -> tuple[int, list[FrameGroup]]:
+    """A small GLB, packed and without normals.  error : RMS, share of the diagonal."""
+    choice, decoded = SmallGlb(error, packed=True, normals=False), []
+    for group in take.groups:
+        segment = fitted_segment(group, choice, take.diagonal)
+        frames = np.concatenate([run.model.frames() for run in segment.runs])
+        decoded.append(FrameGroup(group.numbers, frames, segment.triangles))
+    return len(encoded(take.groups, take.diagonal, FRAME_RATE, choice)[0]), decoded
+
+
 def _described(quality: Quality) -> str:
     return f"{quality.triangles or 'all'} triangles, step {100 * quality.step:.3g} %"
 
 
 CODECS = {
+    "glb": Codec(small_glb, (2e-3, 1e-3, 5.1e-4, 2.5e-4, 1e-4), lambda error: f"error {100 * error:.3g} %"),
     "draco": Codec(draco, (8, 9, 10, 11, 12), lambda bits: f"{bits} bits"),
     "deltas + zstd": Codec(deltas, (2e-3, 1e-3, 5e-4, 2.5e-4), lambda step: f"step {100 * step:.3g} %"),
     "refmesh": Codec(

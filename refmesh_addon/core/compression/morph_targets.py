@@ -6,14 +6,15 @@ scaled so that all weights lie within 0 and 1.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..geometry.mesh import normalized, vertex_areas, vertex_normals
 from ..types import FrozenArrays, TriangleMesh
+from .thrifty_rounding import thrifty_rounded
 
-UNITS = (0.7, 1.0, 1.4, 2.0)  # of whole numbers, in errors; rounding to one unit of 2 leaves little of the error to the courses left out
+UNITS = (1.0, 1.4, 2.0, 2.8)  # of whole numbers, in errors; rounding to one unit of 2.8 leaves little of the error to the courses left out
 
 
 @dataclass(frozen=True)
@@ -36,40 +37,72 @@ class MorphTargets(FrozenArrays):
         return self.origin + self.unit * (self.base + np.einsum("fk,kvc->fvc", self.weights, self.targets))
 
 
-def morph_targets(frames: np.ndarray, triangles: np.ndarray, unit: float, count: int) -> MorphTargets:
-    """The best `count` morph targets of (F, V, 3) frames, fewer where the frames have fewer courses.
+@dataclass(frozen=True)
+class Courses(FrozenArrays):
+    """Frames as their mean and their courses, the strongest first, and what errors are measured by.
 
-    triangles : (T, 3).  unit : of whole numbers, scene units.
+    frames : (F, V, 3).  mean : (V, 3).  weights : (F, K).  shapes : (K, V, 3).  normals : (F, V, 3).  areas : (F, V) of the vertices.
     """
-    mean = frames.mean(axis=0)
-    courses, strengths, shapes = np.linalg.svd((frames - mean).reshape(len(frames), -1), full_matrices=False)
-    kept = min(count, int((strengths * np.abs(shapes).max(axis=1, initial=0.0) > unit / 2).sum()))
-    weights = courses[:, :kept] * strengths[:kept]
+
+    frames: np.ndarray
+    mean: np.ndarray
+    weights: np.ndarray
+    shapes: np.ndarray
+    normals: np.ndarray
+    areas: np.ndarray
+
+    @classmethod
+    def of(cls, frames: np.ndarray, triangles: np.ndarray) -> Courses:
+        """Of (F, V, 3) frames with (T, 3) triangles."""
+        mean = frames.mean(axis=0)
+        courses, strengths, shapes = np.linalg.svd((frames - mean).reshape(len(frames), -1), full_matrices=False)
+        meshes = [TriangleMesh(frame, triangles) for frame in frames]
+        normals, areas = (np.stack([figure(mesh) for mesh in meshes]) for figure in (vertex_normals, vertex_areas))
+        return cls(frames, mean, courses * strengths, shapes.reshape(-1, *mean.shape), normals, areas)
+
+    def cut(self, count: int) -> np.ndarray:
+        """(F, V, 3) what the strongest courses alone show."""
+        return self.mean + np.tensordot(self.weights[:, :count], self.shapes[:count], axes=1)
+
+    def error(self, shown: np.ndarray) -> float:
+        """RMS over area and frames of the distance of (F, V, 3) positions along the normals, scene units."""
+        along = np.einsum("fvc,fvc->fv", shown - self.frames, self.normals)
+        sums = self.areas.sum(axis=1)
+        return float(np.sqrt(np.mean((self.areas * along**2).sum(axis=1) / np.maximum(sums, np.finfo(float).tiny))))
+
+
+def morph_targets(courses: Courses, unit: float, count: int) -> MorphTargets:
+    """The best `count` morph targets, fewer where the frames have fewer courses.  unit : of whole numbers, scene units."""
+    reach = np.abs(courses.weights).max(axis=0, initial=0.0) * np.abs(courses.shapes).max(axis=(1, 2), initial=0.0)
+    kept = min(count, int((reach > unit / 2).sum()))
+    weights, shapes = courses.weights[:, :kept], courses.shapes[:kept]
     low, spread = weights.min(axis=0, initial=np.inf), np.ptp(weights, axis=0) if kept else np.zeros(0)
-    directions = shapes[:kept].reshape(kept, *mean.shape)
-    base = mean + np.einsum("k,kvc->vc", low, directions)
+    base = courses.mean + np.einsum("k,kvc->vc", low, shapes)
     origin = base.min(axis=0)
-    whole = np.rint((base - origin) / unit).astype(np.int64)
-    targets = np.rint(spread[:, None, None] * directions / unit).astype(np.int64)
-    rough = MorphTargets(whole, targets, (weights - low) / spread, origin, unit, 0.0)
-    return MorphTargets(whole, targets, rough.weights, origin, unit, rms_along_normals(rough.frames(), frames, triangles))
+    exact = np.concatenate([(base - origin)[None], spread[:, None, None] * shapes]) / unit
+    between = (weights - low) / spread
+    whole = thrifty_rounded(exact, np.column_stack([np.ones(len(between)), between]), courses.normals).astype(np.int64)
+    start = whole[0].min(axis=0)
+    rough = MorphTargets(whole[0] - start, whole[1:], between, origin + unit * start, unit, 0.0)
+    return replace(rough, error=courses.error(rough.frames()))
 
 
-def fitted_morph_targets(frames: np.ndarray, triangles: np.ndarray, error: float, counts: range) -> MorphTargets:
+def fitted_morph_targets(courses: Courses, error: float, counts: range) -> MorphTargets:
     """The cheapest morph targets whose RMS error along normals is at most `error`; where none reach it, those that come closest.
 
-    Coarse whole numbers with more targets and fine ones with fewer are tried.  frames : (F, V, 3), vertices in the order in which
-    they will be packed.  error : scene units.  counts : numbers of targets, ascending.
+    Coarse whole numbers with more targets and fine ones with fewer are tried.  courses : vertices in the order in which they will be
+    packed.  error : scene units.  counts : numbers of targets, ascending.
     """
-    tried = [_fewest(frames, triangles, error, factor * error, counts) for factor in UNITS]
+    enough = [count for count in counts if courses.error(courses.cut(count)) <= error] or [counts[-1]]  # before anything is rounded
+    tried = [_fewest(courses, error, factor * error, enough) for factor in UNITS]
     reached = [model for model in tried if model.error <= error]
     return min(reached, key=packed_bits) if reached else min(tried, key=lambda model: model.error)
 
 
-def _fewest(frames: np.ndarray, triangles: np.ndarray, error: float, unit: float, counts: range) -> MorphTargets:
+def _fewest(courses: Courses, error: float, unit: float, counts: list[int]) -> MorphTargets:
     """The fewest morph targets that reach the error; the most of them where none do."""
     for count in counts:
-        model = morph_targets(frames, triangles, unit, count)
+        model = morph_targets(courses, unit, count)
         if model.error <= error or len(model.targets) < count:
             break
     return model

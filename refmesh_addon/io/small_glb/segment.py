@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.compression.morph_targets import MorphTargets, fitted_morph_targets, packed_bits
+from ...core.compression.morph_targets import Courses, MorphTargets, fitted_morph_targets, packed_bits
 from ...core.compression.reduction import reduced
 from ...core.errors import RefMeshError
 from ..refmesh_stream.writer import FrameGroup
@@ -93,10 +93,12 @@ def _runs(
 ) -> Iterator[tuple[slice, MorphTargets]]:
     """The frames as a whole where their morph targets are close enough, else in halves."""
     fewest, most = targets
-    model = fitted_morph_targets(frames[rows], triangles, error, range(fewest, most + 1))
-    if model.error <= error or rows.stop - rows.start <= most:
-        yield rows, model
-        return
+    courses, is_short = Courses.of(frames[rows], triangles), rows.stop - rows.start <= most
+    if is_short or courses.error(courses.cut(most)) <= error:  # else nothing needs to be rounded to know that it is too coarse
+        model = fitted_morph_targets(courses, error, range(fewest, most + 1))
+        if is_short or model.error <= error:
+            yield rows, model
+            return
     middle = (rows.start + rows.stop) // 2
     for half in (slice(rows.start, middle), slice(middle, rows.stop)):
         yield from _runs(frames, triangles, error, targets, half)

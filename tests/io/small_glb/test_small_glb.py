@@ -111,7 +111,7 @@ def test_a_single_frame_is_a_plain_mesh(tmp_path):
     mesh = shapes.ball(2)
     glb, _ = written(tmp_path / "one.glb", [FrameGroup((7,), mesh.vertices[None], mesh.triangles)])
     assert "animations" not in glb.json and "weights" not in glb.json["meshes"][0]
-    np.testing.assert_allclose(np.sort(glb.at(0.0)[0], axis=0), np.sort(mesh.vertices, axis=0), atol=2e-2)
+    np.testing.assert_allclose(np.sort(glb.at(0.0)[0], axis=0), np.sort(mesh.vertices, axis=0), atol=4e-2)
 
 
 def test_an_error_too_small_for_16_bits_is_refused(tmp_path):
