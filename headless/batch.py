@@ -28,13 +28,13 @@ LINES = 20  # of stderr that are looked through for what went wrong
 
 @dataclass(frozen=True)
 class BatchJob:
-    """batch : CSV file or folder.  output : with a folder for each take.  words : options for all takes.  preview : name of a picture
+    """batch : CSV file or folder.  output : with a folder for each take.  options : for all takes.  preview : name of a picture
     in the output folder of each take, or "".  show : whether to print what each take prints.  command : starts a single job.
     """
 
     batch: Path
     output: Path
-    words: tuple[str, ...]
+    options: tuple[str, ...]
     preview: str
     show: bool
     command: tuple[str, ...]
@@ -82,7 +82,7 @@ def run_batch(job: BatchJob, columns: Columns) -> int:
 
 def _run_take(job: BatchJob, take: Take) -> Outcome:
     preview = [f"--preview={take.output / job.preview}"] if job.preview else []
-    command = [*job.command, take.source, "--output", str(take.output), *preview, *job.words, *take.words]
+    command = [*job.command, take.source, "--output", str(take.output), *preview, *job.options, *take.options]
     start, tail = time.monotonic(), deque(maxlen=LINES)
     with subprocess.Popen(command, stdout=None if job.show else subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
         try:

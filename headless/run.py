@@ -80,8 +80,8 @@ def batch_job(bpy, arguments: dict) -> BatchJob:
     """What to do for each take: this script again, with the options that belong to no single take or to the batch."""
     paths = [os.path.abspath(arguments[name]) for name in ("batch", "output")]
     own_mesh = [f"--mesh={os.path.abspath(arguments['mesh'])}"] if arguments.get("mesh") else []
-    words = [*without_options(own_arguments(bpy), {"--batch": 1, "--output": 1, "--preview": 1, "--mesh": 1}), *own_mesh]
-    return BatchJob(*map(Path, paths), tuple(words), arguments["preview"] or "", arguments["check"], tuple(own_command(bpy)))
+    options = [*without_options(own_arguments(bpy), {"--batch": 1, "--output": 1, "--preview": 1, "--mesh": 1}), *own_mesh]
+    return BatchJob(*map(Path, paths), tuple(options), arguments["preview"] or "", arguments["check"], tuple(own_command(bpy)))
 
 
 def own_command(bpy) -> list[str]:
@@ -100,16 +100,16 @@ def batch_columns(bpy) -> Columns:
     return Columns(switches, frozenset(named) - switches | {"export", "preview"}, lambda path: is_scene_file(bpy, path))
 
 
-def without_options(words: list[str], values: dict[str, int]) -> list[str]:
-    """The words of a command line without some options. values : how many words follow each, or one as in `--name=value`."""
+def without_options(arguments: list[str], values: dict[str, int]) -> list[str]:
+    """A command line without some options. values : how many values follow each, or one as in `--name=value`."""
     kept, skip = [], 0
-    for word in words:
+    for argument in arguments:
         if skip:
             skip -= 1
-        elif word in values:
-            skip = values[word]
-        elif not word.startswith(tuple(f"{name}=" for name in values)):
-            kept.append(word)
+        elif argument in values:
+            skip = values[argument]
+        elif not argument.startswith(tuple(f"{name}=" for name in values)):
+            kept.append(argument)
     return kept
 
 

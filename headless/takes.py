@@ -22,11 +22,11 @@ class BatchError(Exception):
 
 @dataclass(frozen=True)
 class Take:
-    """One job: its input, its output folder, and the words of its own on the command line."""
+    """One job: its input, its output folder, and its own options."""
 
     source: str
     output: Path
-    words: tuple[str, ...] = ()
+    options: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -99,15 +99,15 @@ def _take(place: str, cells: dict[str, str], folder: Path, output: Path, columns
     if not cells[INPUT]:
         raise BatchError(f"{place}: '{INPUT}' is empty")
     source = os.path.join(folder, cells[INPUT])
-    options = {name: text for name, text in cells.items() if text}
-    place_of = options.pop(OUTPUT, "") or _default_name(source, columns)
-    del options[INPUT]
-    words = [word for name, text in options.items() for word in _words(place, name, text, folder, columns)]
-    return Take(source, output / place_of, tuple(words))
+    cells = {name: text for name, text in cells.items() if text}
+    place_of = cells.pop(OUTPUT, "") or _default_name(source, columns)
+    del cells[INPUT]
+    options = [option for name, text in cells.items() for option in _options(place, name, text, folder, columns)]
+    return Take(source, output / place_of, tuple(options))
 
 
-def _words(place: str, option: str, text: str, folder: Path, columns: Columns) -> list[str]:
-    """The words on the command line for one cell."""
+def _options(place: str, option: str, text: str, folder: Path, columns: Columns) -> list[str]:
+    """What one cell is on the command line."""
     if option in columns.switches:
         if text.lower() not in SWITCHES:
             raise BatchError(f"{place}: '{option}' is yes or no, not '{text}'")

@@ -35,15 +35,15 @@ def test_options_of_a_row_are_words_of_the_command_line(tmp_path):
     (tmp_path / "jump").mkdir()
     rows = "input,output,frames,Preset,--resume,export,mesh\njump,,6-10,draft,no,usd  glb,own/mesh.obj\n\n'a'/x_*.obj,second,,,yes,,\n"
     first, second = read(table(tmp_path, rows))
-    words = ["--frames=6-10", "--preset=draft", "--no-resume", "--export=usd", "--export=glb", f"--mesh={tmp_path / 'own/mesh.obj'}"]
-    assert (first.name, list(first.words)) == ("jump", words)
-    assert (second.source, second.name, second.words) == (str(tmp_path / "'a'/x_*.obj"), "second", ("--resume",))
+    options = ["--frames=6-10", "--preset=draft", "--no-resume", "--export=usd", "--export=glb", f"--mesh={tmp_path / 'own/mesh.obj'}"]
+    assert (first.name, list(first.options)) == ("jump", options)
+    assert (second.source, second.name, second.options) == (str(tmp_path / "'a'/x_*.obj"), "second", ("--resume",))
 
 
 @pytest.mark.parametrize("text", ["input;frames\njump;1,3\n", "input\tframes\njump\t1,3\n", '\ufeffinput,frames\njump,"1,3"\n'])
 def test_the_tables_that_programs_write_are_read(tmp_path, text):
     (take,) = read(table(tmp_path, text))
-    assert take.words == ("--frames=1,3",)
+    assert take.options == ("--frames=1,3",)
 
 
 @pytest.mark.parametrize(

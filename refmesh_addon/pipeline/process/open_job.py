@@ -42,7 +42,7 @@ class SceneCommand:
     options: Sequence[str]
 
     @property
-    def words(self) -> list[str]:
+    def line(self) -> list[str]:
         """With input and output as parameters of the template."""
         return [*map(_plain, self.start), "{{Param.Input}}", "--output", "{{Param.Output}}", *map(_plain, self.options)]
 
@@ -74,7 +74,7 @@ def write_open_job(folder: str | Path, spec: JobSpec, name: str, frames: int, sc
 def _template(name: str, frames: int, steps: Sequence[JobStep], scene: SceneCommand | None) -> dict:
     described = [_step(step, frames) for step in steps]
     if scene:
-        described.append({"name": "Write Scene", "script": _script(scene.words)})
+        described.append({"name": "Write Scene", "script": _script(scene.line)})
     for before, step in zip(described, described[1:]):
         step["dependencies"] = [{"dependsOn": before["name"]}]
     variables = {**SINGLE_THREAD, "PYTHONPATH": "{{Param.PythonPath}}", "PYTHONUTF8": "1", "PYTHONNOUSERSITE": "1"}

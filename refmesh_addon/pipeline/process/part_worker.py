@@ -21,11 +21,11 @@ from .single_thread import SINGLE_THREAD
 INTERVAL = 1.0  # seconds between two lines of progress
 
 
-def main(words: list[str]) -> int:
+def main(arguments: list[str]) -> int:
     """Does the task and returns its exit code: 0 when it is done, 1 when not."""
     os.environ.update(SINGLE_THREAD)
     try:
-        _run(*words)
+        _run(*arguments)
     except (RefMeshError, ImportError, MemoryError) as error:
         message = " ".join(str(error).split()) or "out of memory: take a machine with more, or a lower --resolution"
         print(f"openjd_fail: {message}", flush=True)

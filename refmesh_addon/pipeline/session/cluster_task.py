@@ -19,7 +19,7 @@ from ...io.appearance import files_beside, files_read
 
 VERSIONED = ("numpy", "scipy", "trimesh", "PIL")  # packages with which the last bits of results may change
 PRESENT = ("xatlas",)  # those without which a worker would do the same work in another way
-DONE, FAILED, UNSEEN = "done", "failed", "unseen"
+DONE, FAILED, NO_FILES = "done", "failed", "no files"
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class InputFile:
         contents |= files_read(data, path)
         return replace(self, contents={**contents, path.name: data})
 
-    def seen(self) -> bool:
+    def is_shared(self) -> bool:
         """Whether this machine sees the same file."""
         try:
             state = Path(self.path).stat()
@@ -79,7 +79,7 @@ class Task:
         return cls(function, tuple(InputFile.of(item) if isinstance(item, Path) else item for item in arguments), packages())
 
     def with_files(self) -> Task:
-        """The same with all files in it, for workers that do not see them."""
+        """The same with all files in it, for workers that do not share them."""
         return replace(self, arguments=tuple(item.filled() if isinstance(item, InputFile) else item for item in self.arguments))
 
     @property
@@ -94,7 +94,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Answer:
-    """outcome : DONE; FAILED with a RefMeshError; UNSEEN, where the worker does not see the files.  value : result or error.
+    """outcome : DONE; FAILED with a RefMeshError; NO_FILES, where the worker has not got the files.  value : result or error.
     note : what is different on the worker; "" for nothing.
     """
 
@@ -122,8 +122,8 @@ def _answer(task: Task) -> Answer:
     with ExitStack() as stack:
         arguments = []
         for item in task.arguments:
-            if isinstance(item, InputFile) and item.contents is None and not item.seen():
-                return Answer(UNSEEN)
+            if isinstance(item, InputFile) and item.contents is None and not item.is_shared():
+                return Answer(NO_FILES)
             arguments.append(_local(item, stack, names) if isinstance(item, InputFile) else item)
         try:
             value = task.function(*arguments)

@@ -13,7 +13,7 @@ from uuid import uuid4
 
 from ...core.errors import RefMeshError
 from .cluster_code import code_archive, sendable
-from .cluster_task import FAILED, UNSEEN, Answer, Task
+from .cluster_task import FAILED, NO_FILES, Answer, Task
 from .parallel import POLL, QUEUED
 
 CONNECT_TIMEOUT = 20.0  # seconds until a scheduler counts as absent
@@ -30,7 +30,7 @@ class ClusterWorkers:
     """
 
     def __init__(self, address: str, warn: Callable[[str], None] = lambda message: None):
-        self._address, self._warn, self._told = address, warn, {""}
+        self._address, self._warn, self._warned = address, warn, {""}
         self._client: Any = None
         self._run: Callable[[bytes], bytes] | None = None
         self._send_files = False
@@ -108,7 +108,7 @@ class ClusterWorkers:
                     future = done.get(timeout=POLL)
                     index, task = waiting.pop(future)
                     answer = self._answer(future)
-                    if answer.outcome == UNSEEN:
+                    if answer.outcome == NO_FILES:
                         self._send_files = True
                         self._submit(index, task, waiting, done)
                     else:
@@ -137,8 +137,8 @@ class ClusterWorkers:
             raise self._lost() from error
         finally:
             future.release()
-        if answer.note not in self._told:
-            self._told.add(answer.note)
+        if answer.note not in self._warned:
+            self._warned.add(answer.note)
             self._warn(answer.note)
         if answer.outcome == FAILED:
             raise answer.value

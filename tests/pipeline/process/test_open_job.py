@@ -70,8 +70,8 @@ def test_openjd_runs_the_job_to_the_same_bytes(two_balls, tmp_path):
     assert results(tmp_path / "out") == results(tmp_path / "alone")
 
 
-def part(spec: JobSpec, folder: Path, *words: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", MODULE, str(folder / "job.json"), spec.source, spec.output, *words]
+def part(spec: JobSpec, folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", MODULE, str(folder / "job.json"), spec.source, spec.output, *arguments]
     return subprocess.run(command, env=worker_environment(), capture_output=True, text=True)
 
 

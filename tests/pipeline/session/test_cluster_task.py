@@ -9,7 +9,7 @@ import pytest
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.pipeline.session.cluster_code import code_archive
-from refmesh_addon.pipeline.session.cluster_task import DONE, FAILED, UNSEEN, Answer, InputFile, Task, execute
+from refmesh_addon.pipeline.session.cluster_task import DONE, FAILED, NO_FILES, Answer, InputFile, Task, execute
 from refmesh_addon.pipeline.stages.color_survey import frame_colors
 
 from ..colored_takes import write_textured
@@ -39,10 +39,10 @@ def file(tmp_path) -> Path:
     return path
 
 
-def test_a_file_that_is_seen_is_read_in_place_and_another_is_sent(file):
+def test_a_shared_file_is_read_in_place_and_another_is_sent(file):
     task = Task.of(total, (np.arange(3.0), file))
     assert answer(task) == Answer(DONE, 11.0)
-    assert answer(moved_away(task)).outcome == UNSEEN
+    assert answer(moved_away(task)).outcome == NO_FILES
     assert answer(moved_away(task).with_files()) == Answer(DONE, 11.0)
 
 
