@@ -44,7 +44,7 @@ def test_the_far_one_of_two_is_hidden_and_a_skirt_joins_them_where_steps_are_bri
     strict, loose = (camera(noise=0.0, flicker=0.0, bridged=step).seen(both, 0) for step in (3.0, 1e3))
     assert len(loose.triangles) > len(strict.triangles)
     statistics = cleaned(strict).statistics
-    assert surface_kind(statistics.capped, statistics.compactness) == OPEN
+    assert surface_kind(statistics.capped, statistics.compactness, statistics.of_pieces) == OPEN
 
 
 def test_nothing_in_view_is_an_empty_mesh():

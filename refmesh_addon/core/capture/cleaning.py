@@ -11,7 +11,7 @@ from ..geometry.borders import boundary_edges
 from ..geometry.holes import capped
 from ..geometry.mesh import area_vectors, merged, signed_volume, triangle_areas
 from ..types import TriangleMesh
-from .openness import LARGEST_CAPPED, capped_share, compactness
+from .openness import LARGEST_CAPPED, capped_share, compactness, compactness_of_pieces
 from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .seams import stitched
 from .sheet_orientation import turned_pieces
@@ -23,7 +23,8 @@ class MeshStatistics:
     """vertices : of the mesh as it came.  diagonal : of the bounding box, scene units.
     volume : enclosed with holes capped, scene units cubed.  open_edges : edges with a triangle on one side only.
     inward : share of the area that faced inward.  capped : share of the closed surface that caps holes.
-    compactness : of the closed surface, see `openness`.  area : of the surface, scene units squared.
+    compactness, of_pieces : of the closed surface, and the mean of its connected pieces, see `openness`.
+    area : of the surface, scene units squared.
     strays : triangles left out because they are far from everything else.  stray_place : (3,) of the first of them, empty without.
     All but `vertices` and `strays` are without these.
     """
@@ -35,6 +36,7 @@ class MeshStatistics:
     inward: float
     capped: float
     compactness: float
+    of_pieces: float
     area: float
     strays: int
     stray_place: tuple[float, ...]
@@ -74,6 +76,7 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
         inward=float(areas[patches ^ bodies].sum() / areas.sum()),
         capped=capped_share(outward, closed),
         compactness=compactness(closed, volume),
+        of_pieces=compactness_of_pieces(closed),
         area=float(areas.sum()),
         strays=len(strays),
         stray_place=tuple(joined.vertices[joined.triangles[strays[:1]]].mean(axis=1).ravel().tolist()),

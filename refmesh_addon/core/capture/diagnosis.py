@@ -27,7 +27,7 @@ class FrameStatistics:
     """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
-    vertices, diagonal, volume, open_edges, inward, capped, compactness, area, strays, stray_place : see `MeshStatistics`.
+    vertices, diagonal, volume, open_edges, inward, capped, compactness, of_pieces, area, strays, stray_place : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
     omitted_faces : faces of the file that have fewer than three corners.
     """
@@ -42,6 +42,7 @@ class FrameStatistics:
     inward: float = 0.0
     capped: float = 0.0
     compactness: float = 1.0
+    of_pieces: float = 1.0
     area: float = 0.0
     strays: int = 0
     stray_place: tuple[float, ...] = ()
@@ -79,7 +80,7 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = (), surfac
 
 def _surface(frames: Sequence[FrameStatistics], requested: str) -> list[Finding]:
     """What kind of capture the take is, once, and the frames that are of another kind; for closed takes, frames without volume."""
-    kinds = [surface_kind(frame.capped, frame.compactness) for frame in frames]
+    kinds = [surface_kind(frame.capped, frame.compactness, frame.of_pieces) for frame in frames]
     kind = take_kind(kinds, requested)
     if kind == CLOSED:
         return _open(frames)

@@ -48,7 +48,7 @@ class OpenTake:
 
 def open_take(kind: str, frames: Sequence[tuple[np.ndarray, MeshStatistics]]) -> OpenTake:
     """The common facts of a take of this kind, LAYER or OPEN.  frames : `facing` and `statistics` of each, as `CapturedFrame` has them."""
-    kinds = tuple(surface_kind(statistics.capped, statistics.compactness) for _, statistics in frames)
+    kinds = tuple(surface_kind(statistics.capped, statistics.compactness, statistics.of_pieces) for _, statistics in frames)
     thickness = THICKNESS * float(np.sqrt(np.median([statistics.area for _, statistics in frames])))
     turned = _turned([facing for facing, _ in frames]) if kind == OPEN else (False,) * len(frames)
     return OpenTake(kind, kinds, turned, thickness)

@@ -66,7 +66,7 @@ class Frames:
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
-        self.kind = take_kind([surface_kind(one.capped, one.compactness) for one in self.statistics], requested)
+        self.kind = take_kind([surface_kind(one.capped, one.compactness, one.of_pieces) for one in self.statistics], requested)
         self.take = open_take(self.kind, facts) if self.kind != CLOSED else None
         # Of open takes, artifacts are left out first; which of their surfaces a frame shows is known by vertex.
         self.transients = {index: pieces for index, pieces in enumerate(transients) if len(pieces) and self.take is None}

@@ -8,7 +8,7 @@ from refmesh_addon.core.capture.open_take import open_take
 from refmesh_addon.core.capture.openness import CLOSED, LAYER, OPEN, surface_kind, take_kind
 from refmesh_addon.core.geometry.mesh import area_vectors, is_watertight, signed_volume
 
-from ..shapes import above, ball, box, inside_out, moved, without
+from ..shapes import above, ball, box, inside_out, joined, moved, without
 
 HALF = without(ball(), ~above(ball(), 0.0))
 
@@ -21,7 +21,16 @@ def facts(*meshes):
 @pytest.mark.parametrize(("mesh", "kind"), [(ball(), CLOSED), (box((1, 1, 0.01), 3), LAYER), (HALF, OPEN)])
 def test_the_kind_of_a_frame(mesh, kind):
     statistics = cleaned(mesh).statistics
-    assert surface_kind(statistics.capped, statistics.compactness) == kind
+    assert surface_kind(statistics.capped, statistics.compactness, statistics.of_pieces) == kind
+
+
+def test_many_bodies_are_no_layer_and_many_sheets_are_one():
+    person, sheet = box((1.7, 0.4, 0.25), 2), box((1, 1, 0.02), 3)
+    for mesh, kind in ((person, CLOSED), (sheet, LAYER)):
+        crowd = joined(*(moved(mesh, shift=(0, 0, 2.0 * number)) for number in range(20)))
+        statistics = cleaned(crowd).statistics
+        assert statistics.compactness < 0.02
+        assert surface_kind(statistics.capped, statistics.compactness, statistics.of_pieces) == kind
 
 
 @pytest.mark.parametrize(
