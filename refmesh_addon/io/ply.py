@@ -148,6 +148,6 @@ def _vertex_layout(lines: list[str]) -> tuple[int, np.dtype]:
         return 0, np.dtype([])
     properties = takewhile(bool, (re.fullmatch(r"property (\w+) (\w+)", line) for line in lines[3:]))
     stored = [(declared[2], DTYPES.get(declared[1])) for declared in properties if declared]
-    if not all(dtype for _, dtype in stored):
+    if not all(dtype for _, dtype in stored) or len({name for name, _ in stored}) < len(stored):
         return 0, np.dtype([])
     return int(vertices[1]), np.dtype(stored)

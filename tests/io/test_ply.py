@@ -126,3 +126,12 @@ def test_colors_that_do_not_fit_are_refused(tmp_path, surface, colors):
     with pytest.raises(ValueError, match="colors must be"):
         write_ply(tmp_path / "a.ply", surface, colors)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_property_that_is_named_twice_is_refused(tmp_path, surface):
+    path = tmp_path / "a.ply"
+    write_ply(path, surface, np.full((len(surface.vertices), 4), 9, np.uint8))
+    path.write_bytes(path.read_bytes().replace(b"property double y", b"property double x"))
+    for read in (read_surface, read_colors):
+        with pytest.raises(RefMeshError, match="a.ply: "):
+            read(path)
