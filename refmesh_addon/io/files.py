@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -35,7 +35,7 @@ def atomic_file(path: str | Path) -> Iterator[BinaryIO]:
             os.fsync(file.fileno())  # or a power cut could leave an empty file under the final name
         os.replace(partial, path)
     except BaseException as error:
-        partial.unlink(missing_ok=True)
+        remove_if_possible(partial)
         if isinstance(error, OSError):
             raise RefMeshError(f"{path}: cannot be written ({error.strerror or error})") from error
         raise
@@ -61,6 +61,12 @@ def output_folder(path: str | Path, shared: bool = False) -> Path:
     except OSError as error:
         raise RefMeshError(f"{path}: the output folder cannot be written to ({error.strerror or error}); choose another") from error
     return path
+
+
+def remove_if_possible(path: Path) -> None:
+    """Removes a file that nobody needs; what cannot be removed, such as a folder in its place, stays."""
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
 
 
 def write_npz(path: str | Path, arrays: Mapping[str, np.ndarray]) -> None:

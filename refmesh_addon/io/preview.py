@@ -20,6 +20,7 @@ import numpy as np
 from ..core.array_layout import check_layouts
 from ..core.geometry.storage_offset import storage_offset
 from ..core.types import TriangleMesh
+from .files import remove_if_possible
 from .npz_reader import loaded_arrays
 from .regular_files import open_regular
 
@@ -98,4 +99,4 @@ def remove_other_previews(folder: str | Path, keep: Iterable[Path]) -> None:
     kept = set(keep)
     for path in (Path(folder) / PREVIEW_FOLDER).glob("*.npz"):
         if path not in kept:
-            path.unlink(missing_ok=True)
+            remove_if_possible(path)

@@ -9,7 +9,9 @@ import pytest
 from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.bridge.sequence.bake import evaluated_mesh
 from refmesh_addon.core.geometry.mesh import signed_volume
+from refmesh_addon.io.files import PARTIAL_SUFFIX
 from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.sequence import BAKED_FOLDER
 
 from .conftest import place, reference
 
@@ -107,3 +109,11 @@ def test_the_new_sequence_shows_its_frames(blender, cube, tmp_path):
         blender.context.scene.frame_set(number)
         expected = read_mesh(bpy.path.abspath(owner.refmesh.frames[str(number)].path)).vertices
         np.testing.assert_array_equal(read_positions(owner.data), expected.astype(np.float32))
+
+
+def test_frames_that_a_killed_bake_left_are_not_taken(blender, cube, tmp_path):
+    left = tmp_path / "out" / f"{BAKED_FOLDER}{PARTIAL_SUFFIX}"
+    left.mkdir(parents=True)
+    (left / "My__cube__001_0099.ply").write_bytes(b"of another bake")
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=2, last=3)
+    assert [frame.name for frame in blender.context.active_object.refmesh.frames] == ["2", "3"] and not left.exists()

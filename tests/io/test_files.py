@@ -100,3 +100,9 @@ def test_what_a_killed_exporter_left_is_removed_and_links_are_not_followed(tmp_p
     (folder / f"ball{PARTIAL_SUFFIX}.abc").symlink_to(mine)
     (folder / f"write-test-{os.getpid()}{PARTIAL_SUFFIX}").symlink_to(mine)
     assert names(output_folder(folder)) == [] and mine.read_bytes() == b"mine"
+
+
+def test_a_folder_in_the_place_of_a_partial_file_is_an_error_that_names_the_file(tmp_path):
+    (tmp_path / f"a.json{PARTIAL_SUFFIX}").mkdir()
+    with pytest.raises(RefMeshError, match="a.json: cannot be written"):
+        write_json(tmp_path / "a.json", {})

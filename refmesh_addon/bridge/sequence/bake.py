@@ -44,7 +44,9 @@ def bake(target: bpy.types.Object, scene: bpy.types.Scene, numbers: Sequence[int
     Raises RefMeshError when no frame has faces or the files cannot be written.
     """
     stem = bpy.path.clean_name(target.name)
-    partial = output_folder(folder.with_name(folder.name + PARTIAL_SUFFIX))
+    partial = folder.with_name(folder.name + PARTIAL_SUFFIX)
+    shutil.rmtree(partial, ignore_errors=True)  # of a bake that was killed, perhaps of other frames
+    output_folder(partial)
     before = scene.frame_current
     try:
         for number in numbers:

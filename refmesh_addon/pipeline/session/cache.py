@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.array_layout import check_layouts
 from ...core.arrays import Arrays, Result, from_arrays, to_arrays
-from ...io.files import output_folder
+from ...io.files import output_folder, remove_if_possible
 from ...io.sealed_npz import read_sealed, write_sealed
 
 KEY_LENGTH = 12  # hexadecimal digits of a key in a file name: 48 bits, for at most thousands of entries
@@ -127,7 +127,7 @@ class Cache:
         entry = re.compile(re.escape(stem) + rf"-[0-9a-f]{{{KEY_LENGTH}}}\.npz")
         for path in (self.folder / name).parent.glob("*.npz"):
             if entry.fullmatch(path.name) and path.name not in kept:
-                path.unlink(missing_ok=True)
+                remove_if_possible(path)
 
 
 def _in_c_order(arrays: Mapping[str, np.ndarray]) -> Arrays:

@@ -17,7 +17,7 @@ from ...core.capture.cleaning import CapturedFrame, cleaned
 from ...core.capture.floaters import without_floaters
 from ...core.capture.pieces import Pieces, pieces_of
 from ...core.errors import RefMeshError
-from ...io.files import atomic_file, output_folder
+from ...io.files import atomic_file, output_folder, remove_if_possible
 from ...io.meshes import parse_frame, read_bytes
 from ...io.preview import PreviewMesh, preview_path
 from ...io.sequence import Frame, Sequence
@@ -96,9 +96,9 @@ def _link_preview(session: Session, unit: WorkUnit, frame: Frame) -> None:
     if not frame.path.exists():
         return
     preview = preview_path(session.output, frame.path)
-    if preview.exists() and entry.exists() and (os.path.samefile(entry, preview) or filecmp.cmp(entry, preview, shallow=False)):
+    if preview.is_file() and entry.exists() and (os.path.samefile(entry, preview) or filecmp.cmp(entry, preview, shallow=False)):
         return
-    preview.unlink(missing_ok=True)
+    remove_if_possible(preview)
     if not entry.exists():
         return
     output_folder(preview.parent)

@@ -62,10 +62,16 @@ class WrittenFiles:
         matching = {path.relative_to(self._output).as_posix() for path in self._output.glob(pattern)}
         stale = (matching & self._names) - set(keep)
         for name in stale:
-            (self._output / name).unlink(missing_ok=True)
+            self._remove(self._output / name)
         if stale:
             self._names -= stale
             self._save()
+
+    def _remove(self, path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise RefMeshError(f"{path}: is out of date and cannot be removed ({error.strerror or error}); remove it") from error
 
     def _add(self, name: str) -> None:
         self._names.add(name)

@@ -3,6 +3,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from refmesh_addon.core.arrays import to_arrays
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.pipeline.session.cache import Cache, digest
 
@@ -182,3 +183,15 @@ def test_a_table_of_other_shapes_is_made_again_with_a_warning(tmp_path):
     said, make = [], Maker()
     assert Cache(tmp_path, warn=said.append).load_or_make("centers", KEY, make, {"x": "(N, 2) float64"})["x"].shape == (3, 2)
     assert make.calls == 1 and len(said) == 1
+
+
+def test_a_folder_in_the_place_of_an_old_entry_stays_and_one_in_the_place_of_an_entry_is_named(tmp_path):
+    cache = Cache(tmp_path)
+    for key in (KEY, OTHER):
+        cache.path("centers", key).mkdir()
+    assert cache.load("centers", KEY) is None
+    with pytest.raises(RefMeshError, match="centers-.*cannot be written"):
+        cache.save("centers", KEY, Maker()())
+    cache.path("centers", KEY).rmdir()
+    cache.save("centers", KEY, Maker()())
+    assert cache.load("centers", KEY) is not None and cache.path("centers", OTHER).is_dir()
