@@ -110,6 +110,14 @@ def test_size_and_error_are_estimated_and_told(blender, solved, results, quality
     assert not state.export_estimates
 
 
+def test_a_range_that_cuts_a_group_leaves_out_the_rest(blender, solved, results):
+    blender.ops.refmesh.export(format="glb", glb_size="small", glb_error=0.1, first=7, last=10)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.import_scene.gltf(filepath=str(results / "export" / "ball.glb"))
+    names = {item.parent.name for item in bpy.data.objects if item.type == "MESH"}
+    assert names == {"frames 7 to 8", "frames 10 to 10"}
+
+
 def test_a_small_glb_is_smaller(blender, solved, results):
     sizes = []
     for size in ("full", "small"):

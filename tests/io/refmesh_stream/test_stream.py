@@ -26,6 +26,12 @@ OTHER_PROCESSOR = {"NPY_DISABLE_CPU_FEATURES": "AVX2,FMA3", "OPENBLAS_CORETYPE":
 VECTOR = Path(__file__).parent / "torus.refmesh"
 VECTOR_POSITIONS = "276e3b8dc886ad6d2d1f114dbd2b4e4fdec4397bbc71c18b8596068ff1b5d06f"
 
+STORED = (
+    ("one_open_frame.refmesh", "302260b568e9e7a1a1bff190bfcbb31c56bba54e45d91ba6080564af3797017e"),
+    ("still_bodies.refmesh", "fc850896800dc2d63b1d184fbdf80d16ffc86dd66a1c904dac46bfb66e5eb146"),
+    ("torn_apart.refmesh", "c69763129374ace40ed3a2e909106a8e2eeca29d645a69838d737b6399bbf535"),  # numbers that need escapes
+)
+
 
 def written(path, groups, quality=QUALITY, diagonal=DIAGONAL):
     write_stream(path, groups, diagonal, 25.0, quality)
@@ -75,6 +81,19 @@ def test_scale_and_place_do_not_count(tmp_path):
 def test_stored_file_decodes_to_stored_positions():
     """On every platform, and with every version of NumPy and SciPy, bit by bit."""
     assert digest(StreamReader(VECTOR)) == VECTOR_POSITIONS
+
+
+def test_byte_order_and_layout_of_what_is_given_do_not_count(tmp_path):
+    """As arrays of another platform, or of another program, have them."""
+    for index, group in enumerate(torus_groups()):
+        foreign = FrameGroup(group.numbers, np.asfortranarray(group.positions.astype(">f8")), group.triangles.astype(">i4"))
+        paths = [written(tmp_path / f"{name}_{index}.refmesh", [each]).path for name, each in (("native", group), ("foreign", foreign))]
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+@pytest.mark.parametrize("name, digest_of_positions", STORED)
+def test_stored_files_of_unusual_groups_decode_to_stored_positions(name, digest_of_positions):
+    assert digest(StreamReader(VECTOR.with_name(name))) == digest_of_positions
 
 
 @pytest.mark.parametrize("settings", [{"OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "1"}, {"OMP_NUM_THREADS": "4", **OTHER_PROCESSOR}])
