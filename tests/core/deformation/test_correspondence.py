@@ -144,3 +144,16 @@ def test_what_sticks_out_of_another_body_stays():
     nowhere = lambda vertices, triangles: np.zeros(len(vertices), dtype=bool)
     pairs = between(sheet(7), inner_side, nowhere).from_reference(inner_side, LIMITS, 0.05)
     assert len(pairs.targets) == 0
+
+
+def test_what_a_frame_shows_beyond_the_border_pulls_it_only_where_the_reference_is_open():
+    reference, source = sheet(), sheet(12)
+    source = source.moved(source.vertices * [1.2, 1.0, 1.0])  # goes on beyond x = 1
+    for is_open in (False, True):
+        pairs = Correspondence(SurfaceIndex(source), SurfaceSampler(reference), is_open=is_open).from_source(reference, LIMITS)
+        beyond = (pairs.targets[:, 0] > 1.05) & (np.abs(pairs.targets[:, 1] - 0.5) < 0.4)
+        assert beyond.any() == is_open
+        assert_allclose(np.abs(pairs.normals[beyond]), np.tile([1.0, 0.0, 0.0], (beyond.sum(), 1)), atol=1e-9)
+    shorter = source.moved(source.vertices * [0.5, 1.0, 1.0])
+    pairs = Correspondence(SurfaceIndex(shorter), SurfaceSampler(reference), is_open=True).from_reference(reference, LIMITS)
+    assert (pairs.targets[:, 0] < 0.61).all() and (pairs.distances < 1e-9).all(), "nothing pulls a border back"
