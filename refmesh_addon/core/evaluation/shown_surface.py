@@ -17,6 +17,7 @@ from ..types import FrozenArrays, TriangleMesh
 NEAR, FAR = 0.75, 1.5
 # The same beyond the border of the source, along the surface: borders fray by less than an edge.
 INSIDE, OUTSIDE = 0.25, 1.0
+SPANNING = 1.5  # distance of a triangle's centroid, in the same unit, from which on its corners are not shown; half at 1
 FACING = 0.2  # least cosine between the normals of both: what is seen edge on is still seen
 BLENDING = 2  # steps in which the visibility fades towards what is not shown; nothing gains by it
 SHOWN = 0.5  # visibility from which on a vertex counts as shown
@@ -33,14 +34,22 @@ def shown_vertices(deformed: TriangleMesh, source: TriangleMesh) -> VisibleVerti
     """How far each vertex of a deformed mesh lies on what a frame shows.
 
     deformed : the reference in the frame.  source : the frame without what was left out of it.
+    Nor are the corners of a triangle shown that spans a gap of the source.
     """
-    closest = SurfaceIndex(source).query(deformed.vertices)
-    length = mean_edge_length(deformed)
-    alike = row_dot(vertex_normals(deformed), triangle_normals(source)[closest.triangles]) > FACING
-    beyond = on_border(source, border_edges(source), closest.triangles, closest.points)
-    near, far = np.where(beyond, INSIDE, NEAR), np.where(beyond, OUTSIDE, FAR)
-    visibility = np.clip((far - closest.distances / length) / (far - near), 0.0, 1.0) * alike
+    index, length = SurfaceIndex(source), mean_edge_length(deformed)
+    visibility = _shown(index, deformed, length)
+    across = index.query(deformed.vertices[deformed.triangles].mean(axis=1)).distances / length
+    np.minimum.at(visibility, deformed.triangles, np.clip(SPANNING - across, 0.0, 1.0)[:, None])
     return VisibleVertices(np.minimum(_blended(deformed, visibility), visibility).astype(np.float32))
+
+
+def _shown(source: SurfaceIndex, deformed: TriangleMesh, length: float) -> np.ndarray:
+    """(R,) from 0 to 1, how far each vertex lies on the source.  length : mean edge, scene units."""
+    closest = source.query(deformed.vertices)
+    alike = row_dot(vertex_normals(deformed), triangle_normals(source.mesh)[closest.triangles]) > FACING
+    beyond = on_border(source.mesh, border_edges(source.mesh), closest.triangles, closest.points)
+    near, far = np.where(beyond, INSIDE, NEAR), np.where(beyond, OUTSIDE, FAR)
+    return np.clip((far - closest.distances / length) / (far - near), 0.0, 1.0) * alike
 
 
 def _blended(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:

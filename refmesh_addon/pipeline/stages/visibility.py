@@ -16,7 +16,7 @@ from ..session.stage_share import StageShare
 from .deformation import DeformedSequence
 from .groups import FrameGroup
 
-VISIBILITY_SCHEMA = 3
+VISIBILITY_SCHEMA = 4
 SHARE = StageShare(DEFORMATION, 0.98, 1.0)
 
 

@@ -45,3 +45,12 @@ def test_the_distance_of_borders_is_their_own():
     assert same.border.max < 1e-9
     closed = TriangleMesh(WHOLE.vertices, np.concatenate([WHOLE.triangles, WHOLE.triangles[:, ::-1]]))
     assert measure_open(closed, closed, WHOLE, np.ones(len(WHOLE.vertices)), 2000).distances.border is None
+
+
+def test_the_corners_of_triangles_that_span_a_gap_of_the_source_are_not_shown():
+    right = WHOLE.vertices[:, 0] > 0.5
+    apart = WHOLE.moved(WHOLE.vertices + right[:, None] * [0.5, 0, 0])
+    spanning = np.ptp(right[apart.triangles].astype(int), axis=1) > 0
+    visibility = shown_vertices(apart, TriangleMesh(apart.vertices, apart.triangles[~spanning])).visibility
+    corners = np.unique(apart.triangles[spanning])
+    assert not visibility[corners].any() and (visibility[np.abs(WHOLE.vertices[:, 0] - 0.5) > 0.1] > 0.99).all()
