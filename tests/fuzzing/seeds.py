@@ -11,7 +11,6 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from refmesh_addon.core.capture.cleaning import cleaned
 from refmesh_addon.core.compression.group_encoder import Balance
 from refmesh_addon.core.evaluation.distances import Distances
 from refmesh_addon.core.findings import CENTER_ATTRIBUTES, Finding
@@ -26,8 +25,10 @@ from refmesh_addon.io.refmesh_stream.writer import Quality, write_stream
 from refmesh_addon.io.report import FrameReport, GroupReport, Report
 from refmesh_addon.io.sequence import Frame, Sequence
 from refmesh_addon.pipeline.session.cache import Cache, digest
-from refmesh_addon.pipeline.session.capture import CapturedFile
+from refmesh_addon.pipeline.session.capture import capture_sequence
 from refmesh_addon.pipeline.session.job import JobSpec
+from refmesh_addon.pipeline.session.session import Session
+from refmesh_addon.pipeline.session.stage_share import StageShare
 from tests.io.refmesh_stream.bodies import torus_groups
 
 BALL = trimesh.creation.icosphere(subdivisions=1)
@@ -76,12 +77,22 @@ def _findings(folder: Path) -> None:
     write_findings(folder, Sequence("f", (Frame(1, folder / "f_1.obj"),)), [Finding("gap", "warning", 1, "missing")])
 
 
-def _captured() -> CapturedFile:
-    return CapturedFile(**vars(PreviewMesh.of(MESH)), captured=cleaned(MESH), omitted_faces=0)
-
-
 def _entry(folder: Path) -> None:
-    Cache(folder).save_result("frame", KEY, _captured())
+    """As a job writes it: the frame of a sequence of one."""
+    path = folder / "frame_1.ply"
+    write_ply(path, MESH)
+    notify, share = lambda *_: None, StageShare("tracking", 0.0, 1.0)
+    session = Session(folder, Cache(folder), _Here(), notify)
+    frame = capture_sequence(session, Sequence("frame", (Frame(1, path),)), share).files[0]
+    Cache(folder).save_result("frame", KEY, frame)
+
+
+class _Here:
+    """Does tasks in this process."""
+
+    @staticmethod
+    def map(function, tasks, poll):
+        return ((index, function(*task)) for index, task in enumerate(tasks))
 
 
 def _stream(folder: Path) -> None:
