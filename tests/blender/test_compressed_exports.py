@@ -53,25 +53,36 @@ def test_a_small_glb_plays_in_blender_frame_by_frame(blender, solved, results):
                 assert np.ptp(positions, axis=0).max() < 1e-6
 
 
-@pytest.mark.parametrize("image", ["webp", "png", "jpg"])
-def test_a_small_glb_shows_the_steady_texture_in_blender(blender, solved, results, image):
+@pytest.fixture
+def textured(solved, results):
+    """Results whose group k has the steady texture 100 + 50 k."""
     report = json.loads((results / "report.json").read_text())
+    (results / "texture").mkdir()
     for index, group in enumerate(report["groups"]):
         layout = projected_layout(reference(index))
         group["layout"], group["texture"] = f"texture/group_{index:03d}_layout.npz", f"texture/group_{index:03d}_steady.png"
-        (results / "texture").mkdir(exist_ok=True)
         write_npz(results / group["layout"], {"uvs": layout.uvs, "triangles": layout.triangles})
         write_image(results / group["texture"], np.full((128, 128, 3), 100 + 50 * index, np.uint8))
     (results / "report.json").write_text(json.dumps(report))
+    return solved
+
+
+def shown_levels(body):
+    """(N, 3) gray levels of the picture of an object's only material."""
+    (picture,) = [node.image for node in body.data.materials[0].node_tree.nodes if node.type == "TEX_IMAGE"]
+    pixels = np.empty(picture.size[0] * picture.size[1] * 4, np.float32)
+    picture.pixels.foreach_get(pixels)
+    return 255 * pixels.reshape(-1, 4)[:, :3]
+
+
+@pytest.mark.parametrize("image", ["webp", "png", "jpg"])
+def test_a_small_glb_shows_the_steady_texture_in_blender(blender, textured, results, image):
     blender.ops.refmesh.export(format="glb", glb_size="small", glb_error=0.1, glb_image=image)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.import_scene.gltf(filepath=str(results / "export" / "ball.glb"))
     bodies = sorted((item for item in bpy.data.objects if item.type == "MESH"), key=lambda item: int(item.parent.name.split()[1]))
     for index, body in enumerate(bodies):
-        (picture,) = [node.image for node in body.data.materials[0].node_tree.nodes if node.type == "TEX_IMAGE"]
-        pixels = np.empty(picture.size[0] * picture.size[1] * 4, np.float32)
-        picture.pixels.foreach_get(pixels)
-        assert np.abs(255 * pixels.reshape(-1, 4)[:, :3] - (100 + 50 * index)).max() < 3
+        assert np.abs(shown_levels(body) - (100 + 50 * index)).max() < 3
         assert len(body.data.uv_layers) == 1
 
 
@@ -147,6 +158,16 @@ def test_a_stream_comes_back_as_files_and_as_objects(blender, solved, results):
             if number in numbers:
                 member.hide_viewport = False
                 assert true_surface(index, number, upright=True).query(world_positions(member)).distances.max() < TOLERANCE / 10
+
+
+@needs_constriction
+def test_textures_beside_a_stream_are_shown(blender, textured, results):
+    blender.ops.refmesh.export(format="refmesh", refmesh_texture=64)
+    blender.ops.refmesh.import_stream(filepath=str(results / "export" / "ball.refmesh"))
+    members = sorted((item for item in bpy.context.view_layer.objects.active.children if item.type == "MESH"), key=lambda item: item.name)
+    for index, member in enumerate(members):
+        assert np.abs(shown_levels(member) - (100 + 50 * index)).max() < 3
+        assert len(member.data.uv_layers) == 1
 
 
 @needs_constriction

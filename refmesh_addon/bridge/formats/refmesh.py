@@ -11,6 +11,7 @@ from ...core.options import option
 from ...io.formats import Format
 from .export import Export
 from .frame_groups import described, diagonal, frame_groups, frame_rate
+from .small_gltf import layout_maker
 
 if TYPE_CHECKING:
     from ...io.refmesh_stream.writer import Quality
@@ -34,6 +35,7 @@ class StreamOptions:
         },
     )
     triangles: int = option(0, "Greatest number of triangles; 0 takes that of the quality", low=0, high=10_000_000)
+    texture: int = option(0, "Greatest side of textures in a folder beside the file, pixels; 0 writes none", low=0, high=8192)
 
 
 def unavailable() -> str:
@@ -52,13 +54,16 @@ def estimate(export: Export) -> str:
 
 def write(export: Export) -> list[Path]:
     """All groups in one file, frames by the numbers of their files."""
+    from ...io.refmesh_stream.textures import write_textures
     from ...io.refmesh_stream.writer import write_stream
 
-    target, size = export.target(FORMAT.extensions[0]), diagonal(export)
-    error = write_stream(target, frame_groups(export, by_scene_frame=False), size, frame_rate(), _quality(export.options))
+    target, extent = export.target(FORMAT.extensions[0]), diagonal(export)
+    error = write_stream(target, frame_groups(export, by_scene_frame=False), extent, frame_rate(), _quality(export.options))
     count, written = sum(len(frames) for frames in export.choice.groups.values()), target.stat().st_size
-    export.notes.append(described(written, 8e-6 * written * frame_rate() / count, error / size))
-    return [target]
+    export.notes.append(described(written, 8e-6 * written * frame_rate() / count, error / extent))
+    size = export.options.texture
+    groups = frame_groups(export, by_scene_frame=False, colors=True) if size else ()
+    return [target, *write_textures(target, groups, size, layout_maker(export))]
 
 
 def _quality(options: StreamOptions) -> Quality:

@@ -14,10 +14,12 @@ from ...core.types import TriangleMesh
 from ...io.files import output_folder
 from ...io.pc2 import pc2_shape, write_pc2
 from ...io.refmesh_stream.writer import FrameGroup
-from ..scene.meshes import fill_mesh
+from ..scene.materials import image_material
+from ..scene.meshes import fill_mesh, set_uvs
 from ..scene.objects import new_member, new_root
 from ..scene.playback import play_cache, show_only_between
 from .groups import deformed_material
+from .textures import load_image
 
 
 class Stream(Protocol):
@@ -48,9 +50,20 @@ def import_stream(scene: bpy.types.Scene, reader: Stream, folder: Path, up_axis:
         samples = _with_gaps_held(group)
         _check_replaceable(cache, (len(samples), group.positions.shape[1]))
         write_pc2(cache, (group.positions[sample] for sample in samples), group.positions.shape[1], len(samples), offset)
+        _show_texture(member, reader.path, index, len(group.triangles))
         play_cache(member, cache, start)
         show_only_between(member, start if index else None, None if last else starts[index + 1])
     return root
+
+
+def _show_texture(member: bpy.types.Object, stream: Path, index: int, triangles: int) -> None:
+    """The texture that lies beside the stream, where there is one."""
+    from ...io.refmesh_stream.textures import read_texture  # late: SciPy comes with it, and may be missing
+
+    texture = read_texture(stream, index, triangles)
+    if texture is not None:
+        set_uvs(member.data, texture.layout.corners)
+        member.data.materials[0] = image_material(f"{member.name} Steady", load_image(texture.picture))
 
 
 def _check_replaceable(cache: Path, shape: tuple[int, int]) -> None:
