@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -27,7 +28,7 @@ SHOWN = 0.5  # visibility from which on a vertex counts as shown
 class VisibleVertices(FrozenArrays):
     """visibility : (R,) float32 of each vertex, 0 where the frame does not show it to 1 where it does."""
 
-    visibility: np.ndarray
+    visibility: Annotated[np.ndarray, "(R) float32"]
 
 
 def shown_vertices(deformed: TriangleMesh, source: TriangleMesh) -> VisibleVertices:
