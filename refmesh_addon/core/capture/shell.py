@@ -12,6 +12,7 @@ from ..geometry.borders import boundary_edges
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import vertex_normals
 from ..geometry.vectors import row_dot
+from ..geometry.vertex_smoothing import VertexSmoother
 from ..types import TriangleMesh
 
 # Of a shell, as a share of the square root of the area: the spacing of 1000 centers in it is then as large, and they form one layer.
@@ -52,9 +53,7 @@ def _depths(mesh: TriangleMesh, thickness: float) -> np.ndarray:
 
 def _smoothed(mesh: TriangleMesh, depths: np.ndarray) -> np.ndarray:
     """The depths, none larger than before, without steps from one vertex to the next."""
-    first, second = HalfEdges.of(mesh).edges.T
+    smoother = VertexSmoother(mesh)
     for _ in range(SMOOTHING):
-        total = np.bincount(first, depths[second], len(depths)) + np.bincount(second, depths[first], len(depths)) + depths
-        degree = np.bincount(first, minlength=len(depths)) + np.bincount(second, minlength=len(depths)) + 1
-        depths = np.minimum(depths, total / degree)
+        depths = np.minimum(depths, smoother.step(depths))
     return depths

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..geometry.borders import border_edges, on_border
 from ..geometry.closest_point import SurfaceIndex
-from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import mean_edge_length, triangle_normals, vertex_normals
 from ..geometry.vectors import row_dot
+from ..geometry.vertex_smoothing import VertexSmoother
 from ..types import FrozenArrays, TriangleMesh
 
 # Distances from the source, in mean edges of the deformed mesh, up to which a vertex is shown, and from which on it is not.
@@ -54,9 +54,7 @@ def _shown(source: SurfaceIndex, deformed: TriangleMesh, length: float) -> np.nd
 
 
 def _blended(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
-    first, second = HalfEdges.of(mesh).edges.T
-    degree = np.bincount(first, minlength=len(values)) + np.bincount(second, minlength=len(values))
+    smoother = VertexSmoother(mesh)
     for _ in range(BLENDING):
-        around = np.bincount(first, values[second], len(values)) + np.bincount(second, values[first], len(values))
-        values = (values + around / np.maximum(degree, 1)) / 2
+        values = smoother.step(values)
     return values

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..errors import RefMeshError
-from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import submesh, triangle_areas, vertex_components, vertex_normals
 from ..geometry.vectors import row_dot
+from ..geometry.vertex_smoothing import VertexSmoother
 from ..surfacing.cutting import cut_at_zero
 from ..types import TriangleMesh
 from .group import ReferenceMesh, build_reference
@@ -71,10 +71,7 @@ def _shown(mesh: TriangleMesh, union: UnionPoints) -> np.ndarray:
 
 
 def _smoothed(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
-    first, second = HalfEdges.of(mesh).edges.T
-    count = len(values)
-    degree = np.bincount(first, minlength=count) + np.bincount(second, minlength=count)
+    smoother = VertexSmoother(mesh)
     for _ in range(SMOOTHING):
-        around = np.bincount(first, values[second], count) + np.bincount(second, values[first], count)
-        values = (values + around / np.maximum(degree, 1)) / 2
+        values = smoother.step(values)
     return values
