@@ -47,7 +47,7 @@ class _Encoder:
                 continue
             self._seed(index)
             gate = self.region.next_gate()
-            while gate >= 0 and len(self.region.triangles) < len(self._triangles):
+            while gate >= 0 and len(self.region.triangles) < len(self._triangles):  # each round adds a triangle or shuts a gate
                 gate = self._passed(gate)
 
     def _seed(self, index: int) -> None:

@@ -80,7 +80,7 @@ def _loop(rim: np.ndarray) -> np.ndarray | None:
     if len(following) < len(rim) or len(set(following.values())) < len(rim) or not 3 <= len(rim) <= MOST_CORNERS:
         return None
     loop = [int(rim[0, 0])]
-    while (vertex := following[loop[-1]]) != loop[0]:
+    while (vertex := following[loop[-1]]) != loop[0]:  # ends: each vertex follows one other, so that the first comes back
         loop.append(vertex)
     return np.array(loop[::-1])
 

@@ -41,7 +41,7 @@ def minimal_triangulation(corners: np.ndarray, barred: np.ndarray | None = None)
     if not np.isfinite(least[0, -1]):
         return None
     triangles, open_spans = [], [(0, count - 1)]
-    while open_spans:
+    while open_spans:  # each span is split into shorter ones
         start, end = open_spans.pop()
         if end - start > 1:
             split = int(middle[start, end])

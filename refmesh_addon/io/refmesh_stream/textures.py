@@ -6,7 +6,6 @@ frames in the stream. Row t of a layout's `triangles` belongs to triangle t of t
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ..files import atomic_file, output_folder, read_npz, write_json, write_npz
 from ..images import encoded
+from ..regular_files import read_json
 from ..small_glb.surface import texture_size
 from .reader import StreamReader
 from .writer import FrameGroup
@@ -86,7 +86,7 @@ def read_texture(stream: Path, part: int, triangles: int) -> StreamTexture | Non
     if not (folder / INDEX).is_file():
         return None
     try:
-        names = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+        names = read_json(folder / INDEX)
         if not isinstance(names, list) or part >= len(names):
             raise ValueError("the stream has more runs of frames")
         return _read(folder, str(names[part]), triangles) if names[part] else None

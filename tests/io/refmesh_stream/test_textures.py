@@ -61,3 +61,9 @@ def test_textures_of_another_stream_are_refused(stream, names):
 def test_a_layout_of_another_mesh_is_refused(stream):
     with pytest.raises(RefMeshError, match="group_000_layout.npz is of another mesh"):
         read_texture(stream, 0, 1000)
+
+
+def test_an_index_that_is_nested_without_end_is_refused(stream):
+    (textures_folder(stream) / "textures.json").write_text("[" * 100_000)
+    with pytest.raises(RefMeshError, match="textures.json: the textures do not belong to the stream"):
+        read_texture(stream, 0, 1)
