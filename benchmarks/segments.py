@@ -1,6 +1,6 @@
 """One mesh for a whole take: how many meshes it needs, how near they stay, and how far vertices drift, beside a mesh for each group.
 
-    python -m benchmarks.segments [--cases walk gears] [--frames 121] [--modes groups long] [--set name=value]
+    python -m benchmarks.segments [--cases walk gears] [--frames 121] [--modes groups long] [--set name=value] [--keep FOLDER]
 
 The whole job on long synthetic takes, with few centers and triangles so that it is affordable. Drift is judged in the frames of a run that
 are farthest from its anchor frame in time, in mean edge lengths, against the closed-form motion.
@@ -12,6 +12,7 @@ import argparse
 import json
 import sys
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -53,10 +54,10 @@ def distances(report: dict) -> dict[str, float]:
     }
 
 
-def measured(name: str, count: int, settings: Settings, cache: Path) -> dict[str, float]:
-    """Runs one case and judges it."""
+def measured(name: str, count: int, settings: Settings, cache: Path, keep: Path | None = None) -> dict[str, float]:
+    """Runs one case and judges it.  keep : folder for its results, with which an interrupted run goes on."""
     case, source = Case.named(name, count, cache), frames_folder(CASES[name][0], count, cache)
-    with tempfile.TemporaryDirectory() as output:
+    with nullcontext(str(keep)) if keep else tempfile.TemporaryDirectory() as output:
         run(JobSpec(str(source), output, settings=settings), lambda *_: None, lambda line: print(line, file=sys.stderr))
         report = read_report(output)
         result = distances(report) | drift_at_the_ends(takes(case, Path(output)))
@@ -75,12 +76,14 @@ def main() -> None:
     to_setting = assignment(flat_fields())
     parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any setting of the job")
     parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="for the results: an interrupted benchmark goes on from there")
     arguments = parser.parse_args()
     results = {}
     for name in arguments.cases:
         for mode in arguments.modes:
             settings = Settings.from_flat({**AFFORDABLE, "segments": mode, **dict(arguments.set)})
-            row = results[f"{name} {mode}"] = measured(name, arguments.frames, settings, arguments.cache)
+            keep = arguments.keep and arguments.keep / f"{name}-{arguments.frames}-{mode}"
+            row = results[f"{name} {mode}"] = measured(name, arguments.frames, settings, arguments.cache, keep)
             print(f"{name:8} {mode:7}", *(f"{key} {value:g}" for key, value in row.items()), sep="  ", flush=True)
     print(json.dumps({"benchmark": "segments", "frames": arguments.frames, "settings": AFFORDABLE, "results": results}))
 
