@@ -24,9 +24,9 @@ from .facing import Facing
 from .folds import unfolded
 from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
 from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
+from .outliers import Surroundings, VisibleSource, without_outliers
 from .patches import PATCH_RADIUS, Patches, surface_patches
 from .presence import absent_bodies
-from .protrusions import VisibleSource, without_protrusions
 from .surface_fit import fit_surface
 from .surface_samples import SurfaceSampler
 
@@ -108,7 +108,8 @@ class ReferenceDeformer:
         hidden = self._hidden(owners, centers, enclosed)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing, hidden(fitted.vertices)))
         if self._settings.fit_rounds:  # otherwise all of the surface is off the source
-            deformed = without_protrusions(deformed, facing, self._solver.energy.adjacency, VisibleSource(source, enclosed), self._length)
+            around = Surroundings.of(self._solver.energy.adjacency, self._length, fitted.held | hidden(deformed.vertices))
+            deformed = without_outliers(deformed, facing, around, VisibleSource(source, enclosed))
         return DeformedFrame(
             deformed.vertices,
             handles,

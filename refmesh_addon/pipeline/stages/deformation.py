@@ -26,7 +26,7 @@ from .reference import References
 from .tracking_result import TrackingResult
 from .transients import GroupTransients
 
-DEFORMATION_SCHEMA = 11
+DEFORMATION_SCHEMA = 12
 SMOOTHING_SCHEMA = 2
 BLOCK = 10  # frames of a run that are smoothed together
 # Parts of the stage's time, roughly.
