@@ -66,3 +66,25 @@ def test_an_export_does_not_replace_the_capture(blender, solved, results, frames
     before = first.read_bytes()
     assert attempt("export", format="glb", directory=str(tmp_path / "mine")) == "refused"
     assert first.read_bytes() == before and attempt("export", format="glb", directory=str(tmp_path / "other")) == "done"
+
+
+def test_a_frame_of_the_same_size_and_time_makes_results_out_of_date(blender, solved, results, frames):
+    from refmesh_addon.bridge.results.freshness import fingerprint
+
+    before, path = fingerprint(solved, results), frames / "ball_0007.obj"
+    assert before and fingerprint(solved, results) == before
+    times, data = path.stat(), path.read_bytes()
+    path.write_bytes(data.replace(b"1", b"2", 1))
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    assert path.stat().st_size == times.st_size and fingerprint(solved, results) != before
+
+
+def test_a_scene_that_names_a_folder_writes_nothing_there(blender, ball, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "cache" / "preview").mkdir(parents=True)
+    ball.refmesh.output = str(elsewhere)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    for frame in (6, 7, 10):
+        bpy.context.scene.frame_set(frame)
+    assert [path.name for path in elsewhere.rglob("*") if path.is_file()] == []
