@@ -4,7 +4,8 @@ import numpy as np
 
 from .test_benchmarks import cache, last_line, numbers  # noqa: F401  # a fixture
 
-SETTINGS = {"centers": 60, "resolution": 40, "triangles": 1500, "fit_rounds": 2, "alignment_steps": 1, "samples": 1000, "segments": "groups"}
+SETTINGS = {"centers": 60, "resolution": 40, "triangles": 1500, "fit_rounds": 2, "alignment_steps": 1, "samples": 1000}
+SETTINGS |= {"segments": "groups"}
 
 
 def test_one_camera_is_nearly_as_near_as_all_round_and_drifts_little(cache):  # noqa: F811
