@@ -50,6 +50,12 @@ def parse_appearance(data: bytes, path: Path) -> tuple[Appearance | None, tuple[
     return appearance, tuple(files.notes), hashlib.blake2b(b"".join(files.contents), digest_size=16).digest()
 
 
+def read_appearance(data: bytes, path: Path) -> tuple[Appearance | None, TextureFiles]:
+    """As `parse_appearance`, with the files that were looked for and read."""
+    files = TextureFiles(path)
+    return _parsed(data, files), files
+
+
 def _parsed(data: bytes, files: TextureFiles) -> Appearance | None:
     """Colors of a frame; what is wrong with them is noted with the files."""
     parse = frame_format(files.frame).parse_appearance

@@ -18,7 +18,7 @@ class TextureFiles:
     """The files beside one frame; nothing outside the frame's folder is ever opened.
 
     notes : sentences about what was refused, missing or chosen in place of something else.
-    contents : bytes of all files that were read, in their order.  paths : of these.
+    contents : bytes of all files that were read, in their order.  paths : of these.  pictures : those of them that `picture` returned.
     """
 
     def __init__(self, frame: Path):
@@ -29,6 +29,7 @@ class TextureFiles:
         self._known: dict[Path, bytes] = {}
         self._listings: dict[Path, dict[str, Path]] = {}
         self.paths: list[Path] = []
+        self.pictures: list[Path] = []
 
     def read(self, name: str) -> bytes | None:
         """Bytes of a file that the frame names, whatever the case of its letters; None, and a note, when it cannot be had."""
@@ -49,7 +50,10 @@ class TextureFiles:
         elif path is None and name:
             self.notes.append(f"{self.frame}: names '{name}', which is not there; put it beside the frame")
         data = None if path is None else self._bytes(path)
-        return None if path is None or data is None else (path, data)
+        if path is None or data is None:
+            return None
+        self.pictures.append(path)
+        return path, data
 
     def find(self, name: str) -> Path | None:
         """The file of this name in the frame's folder or below; paths of other machines are looked up by their last part."""

@@ -3,7 +3,7 @@
 import bpy
 
 from ..bridge.sequence.raw_sequence import read_files_with
-from ..pipeline.process.reading import SHARED, read_frame
+from ..pipeline.process.reading import SHARED, read_colors, read_frame
 from . import (
     bodies,
     cache,
@@ -61,7 +61,7 @@ CLASSES = tuple(cls for module in MODULES for cls in module.CLASSES)
 def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    read_files_with(read_frame)
+    read_files_with(read_frame, read_colors)
 
 
 def unregister():

@@ -30,6 +30,7 @@ from .updates import (
     restyle_centers,
     switch_errors,
     switch_kinds,
+    switch_source_colors,
     switch_surface_color,
 )
 
@@ -122,6 +123,12 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     checked: BoolProperty(name="Checked", description="Whether every frame was checked", options={"HIDDEN"})
     places: CollectionProperty(type=RefMeshPlace)
     active_place: IntProperty(name="Place", description="Click a place to go to its frame and set the 3D cursor there", update=go_to_place)
+    source_colors: BoolProperty(
+        name="Capture Colors",
+        description="Show and render the captured frames in their own colors, which takes time where a frame is shown for the first time",
+        default=False,
+        update=switch_source_colors,
+    )
     shown: StringProperty(name="Shown Frame", description="Number of the frame whose mesh the object holds now", options={"HIDDEN"})
     root: PointerProperty(type=bpy.types.Object, name="Root", description="Empty that all objects of this sequence are parented to")
     centers: PointerProperty(type=bpy.types.Object, name="Centers", description="Points that follow the volume")

@@ -66,6 +66,13 @@ def restyle_centers(state, context):
     restyle_centers(state.id_data)
 
 
+def switch_source_colors(state, context):
+    """Shows the captured frame in its own colors, or plain."""
+    from ..bridge.sequence.raw_sequence import color_shown_frame
+
+    color_shown_frame(state.id_data)
+
+
 def switch_surface_color(state, context):
     """Shows captured, steady or plain colors."""
     from ..bridge.results.textures import show_surface_color

@@ -43,6 +43,7 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         row.operator("refmesh.exclude_frame", text="", icon="X")
         layout.prop(state, "source")
         layout.prop(state, "output")
+        layout.prop(state, "source_colors")
         self._draw_check(context, state)
         layout.operator("refmesh.set_timeline", icon="TIME")
         layout.operator("refmesh.load_results", icon="FILE_FOLDER")

@@ -15,6 +15,7 @@ from refmesh_addon.io.frame_store import FrameStore
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.ply import write_ply
 from refmesh_addon.io.preview import PREVIEW_FOLDER, PreviewMesh, preview_path, read_preview, remove_other_previews
+from refmesh_addon.io.source_colors import SourceColors
 
 from ..core.shapes import ball
 
@@ -137,3 +138,23 @@ def test_only_wanted_entries_stay(frames, output):
         written(path, output)
     remove_other_previews(output, entries[:1])
     assert list((output / PREVIEW_FOLDER).iterdir()) == entries[:1]
+
+
+def test_colors_count_towards_the_budget_and_are_read_anew_after_a_change(frames, output):
+    read = []
+
+    def colors(path: Path) -> SourceColors:
+        read.append(path.name)
+        return SourceColors(np.zeros((1000, 3, 2), np.float32), np.zeros(1000, np.int32), np.zeros((1000, 3, 3), np.uint8), ())
+
+    size = colors(frames[0]).nbytes
+    read.clear()
+    store = FrameStore(2 * size)
+    for path in (frames[0], frames[1], frames[0], frames[2], frames[0], frames[1]):
+        store.read_colors(path, colors)
+    assert read == ["scan_0.ply", "scan_1.ply", "scan_2.ply", "scan_1.ply"]
+    os.utime(frames[1], ns=(1, 1))
+    store.read_colors(frames[1], colors)
+    assert read[4:] == ["scan_1.ply"]
+    store.set_budget(1)
+    assert len(store._colors) == 1

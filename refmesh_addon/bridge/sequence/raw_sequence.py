@@ -11,20 +11,24 @@ from pathlib import Path
 
 import bpy
 
+from ...core.errors import RefMeshError
+from ...io.formats import frame_format
 from ...io.frame_store import FrameStore
 from ...io.preview import PreviewMesh
 from ...io.sequence import Sequence, timeline_frame
+from ...io.source_colors import SourceColors, read_source_colors
 from ..scene.far_origin import offset_of
-from ..scene.materials import SOURCE_COLOR, plain_material
 from ..scene.meshes import fill_mesh
 from ..scene.objects import new_member, new_root
 from ..scene.paths import absolute_path, is_linked, stored_path
+from .source_colors import pictures_folder, plain_source, show_colors
 
 MEGABYTE = 2**20
 MEMORY_BUDGET = 512 * MEGABYTE  # until the preferences say otherwise; about 80 frames of 100k vertices
 
 
 _store = FrameStore(MEMORY_BUDGET)
+_colors_with: list[Callable[[Path, Path], SourceColors]] = [read_source_colors]
 
 
 def set_memory_budget(megabytes: int) -> None:
@@ -32,9 +36,9 @@ def set_memory_budget(megabytes: int) -> None:
     _store.set_budget(megabytes * MEGABYTE)
 
 
-def read_files_with(parse: Callable[[Path], PreviewMesh]) -> None:
-    """Sets who reads the files of frames: a process of its own, which they cannot harm."""
-    _store.parse = parse
+def read_files_with(parse: Callable[[Path], PreviewMesh], colors: Callable[[Path, Path], SourceColors] = read_source_colors) -> None:
+    """Sets who reads the files of frames and their colors: a process of its own, which they cannot harm."""
+    _store.parse, _colors_with[0] = parse, colors
 
 
 def forget_frames() -> None:
@@ -58,14 +62,28 @@ def new_sequence(
     The root alone carries axis and unit: data and results stay in the coordinates of the files.
     """
     root = new_root(scene, name, up_axis, unit, first.offset)
-    owner = new_member(root, f"{name} source", plain_material("RefMesh Source", SOURCE_COLOR), "source")
+    owner = new_member(root, f"{name} source", plain_source(), "source")
     root.refmesh.sequence, owner.refmesh.root = owner, root
     for frame in sequence.frames:
         item = owner.refmesh.frames.add()
         item.name, item.path, item.scene_frame = str(frame.number), stored_path(frame.path), timeline_frame(sequence, frame.number)
     fill_mesh(owner.data, first)
     owner.refmesh.shown = owner.refmesh.frames[0].name
+    colors = _colors(sequence.frames[0].path)
+    owner.refmesh.source_colors = colors is not None
+    show_colors(owner, colors)
     return owner
+
+
+def _colors(path: Path) -> SourceColors | None:
+    """Colors of a frame; None where it has none, and where they cannot be read: its shape is shown all the same."""
+    if frame_format(path).parse_appearance is None:
+        return None
+    try:
+        colors = _store.read_colors(path, lambda file: _colors_with[0](file, pictures_folder()))
+    except (RefMeshError, ImportError):
+        return None
+    return colors if len(colors.materials) else None
 
 
 def frame_at(owner: bpy.types.Object, scene_frame: int) -> bpy.types.PropertyGroup:
@@ -86,3 +104,16 @@ def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
         mesh = read_frame(absolute_path(owner, frame.path), absolute_path(owner, owner.refmesh.output))
         fill_mesh(owner.data, mesh.about(offset_of(owner.refmesh.root)))
         owner.refmesh.shown = frame.name
+        color_frame(owner, absolute_path(owner, frame.path))
+
+
+def color_frame(owner: bpy.types.Object, path: Path) -> None:
+    """Shows the frame in `owner`, of the file `path`, in its colors, or plain, as `owner.refmesh.source_colors` says."""
+    show_colors(owner, _colors(path) if owner.refmesh.source_colors else None)
+
+
+def color_shown_frame(owner: bpy.types.Object) -> None:
+    """As `color_frame`, for the frame that the object holds now."""
+    frame = owner.refmesh.frames.get(owner.refmesh.shown)
+    if frame is not None and not is_linked(owner):
+        color_frame(owner, absolute_path(owner, frame.path))

@@ -16,6 +16,7 @@ import numpy as np
 from ...core.errors import RefMeshError
 from ...io.npz_reader import loaded_arrays
 from ...io.preview import PreviewMesh
+from ...io.source_colors import SourceColors
 from .environment import python_command, worker_environment
 from .single_thread import SINGLE_THREAD
 
@@ -116,3 +117,8 @@ SHARED = ReadingProcess()  # one for the whole of Blender
 def read_frame(path: Path) -> PreviewMesh:
     """The mesh of a file as Blender shows it. Raises what `ReadingProcess.call` raises."""
     return PreviewMesh(**SHARED.call("frame", str(path)))
+
+
+def read_colors(path: Path, folder: Path) -> SourceColors:
+    """The colors of a file as Blender shows them; pictures inside of it are written to the folder. Raises as `read_frame`."""
+    return SourceColors.from_arrays(SHARED.call("colors", str(path), str(folder)))

@@ -12,6 +12,7 @@ import json
 import os
 import sys
 import threading
+from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
@@ -27,6 +28,13 @@ def frame(path: str) -> dict[str, np.ndarray]:
     from ...io.preview import PreviewMesh
 
     return vars(PreviewMesh.of(read_mesh(path)))
+
+
+def colors(path: str, folder: str) -> dict[str, np.ndarray]:
+    """The colors of a frame as `SourceColors` holds them; pictures that are in no file of their own are written to the folder."""
+    from ...io.source_colors import read_source_colors
+
+    return read_source_colors(Path(path), Path(folder)).to_arrays()
 
 
 def stream_entries(path: str) -> dict[str, np.ndarray]:
@@ -53,7 +61,7 @@ def decode(path: str, folder: str) -> dict[str, np.ndarray]:
     return {"written": np.array([str(written) for written in decode_stream(path, folder)])}
 
 
-TASKS = {task.__name__: task for task in (frame, stream_entries, stream_group, decode)}
+TASKS = {task.__name__: task for task in (frame, colors, stream_entries, stream_group, decode)}
 
 
 def answer(line: str) -> tuple[dict[str, object], bytes]:
