@@ -3,6 +3,7 @@
 The take is one run: tracked once, its frames aligned once in its own reference positions. Then three meshes are reconstructed with as
 many triangles, deformed to every frame and measured: from all frames; from those of the first group; and from those of the group that
 shows the most surface apart (Collet et al. 2015: more components, then lower genus, then larger area). The anchor frame always counts.
+Captures that are closed but for holes only.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def made_from(context: Context, aligned: AlignedGroups, name: str, frames: Itera
     own = replace(group, key=digest(group.key, name), folder=f"{name}/")
     chosen = AlignedGroups((own,), aligned.bodies, aligned.centers, some)
     meshes = cached_map(context, build_with, building_units(context, chosen), ReferenceMesh, BUILDING)
-    return References(**vars(chosen), meshes=meshes)
+    return References(**vars(chosen), meshes=meshes, transients={})
 
 
 def figures(context: Context, tracking: TrackingResult, references: References) -> dict[str, float]:
