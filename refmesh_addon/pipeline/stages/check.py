@@ -27,7 +27,8 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     `notify` raises.
     """
     output = output_folder(spec.output)
-    session = Session(output, Cache(output / CACHE_FOLDER, spec.resume), workers, notify)
+    damaged: list[str] = []
+    session = Session(output, Cache(output / CACHE_FOLDER, spec.resume, damaged.append), workers, notify)
     errors: dict[int, RefMeshError] = {}
     captured = capture_sequence(session, sequence, StageShare(CHECK), errors.__setitem__)
     statistics = [
@@ -38,6 +39,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     findings += _transients(sequence, captured)
     findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
     findings += [Finding("scene", "note", sequence.numbers[0], note) for note in spec.notes]
+    findings += [Finding("cache", "note", sequence.numbers[0], note) for note in damaged]
     remove_other_previews(output, [preview_path(output, frame.path) for frame in sequence.frames if frame.path.is_file()])
     files = WrittenFiles(output)
     for name in (CHECK_NAME, CHECK_TEXT):

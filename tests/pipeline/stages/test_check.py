@@ -138,3 +138,16 @@ def test_a_broken_file_of_the_same_size_and_time_is_found(take, tmp_path):
     assert path.stat().st_size == before.st_size
     assert [finding.frame for finding in check(take, output) if finding.kind == "unreadable"] == [2, 5]
     assert not shown.exists() and not preview_path(output, path).exists()
+
+
+def test_a_damaged_cache_entry_is_computed_again_and_noted(take, tmp_path):
+    before = check(take, tmp_path / "out")
+    entry = next((tmp_path / "out" / "cache" / "frames").glob("frame_0002-*.npz"))
+    data = bytearray(entry.read_bytes())
+    data[len(data) // 2] ^= 1
+    entry.unlink()  # the preview is a link to it
+    entry.write_bytes(data)
+    findings = check(take, tmp_path / "out")
+    assert [finding for finding in findings if finding.kind != "cache"] == before
+    assert [str(entry) in finding.message for finding in findings if finding.kind == "cache"] == [True]
+    assert check(take, tmp_path / "out") == before
