@@ -14,7 +14,7 @@ from ..geometry.mesh import normalized, vertex_areas, vertex_normals
 from ..types import FrozenArrays, TriangleMesh
 from .thrifty_rounding import thrifty_rounded
 
-UNITS = (1.0, 1.4, 2.0, 2.8)  # of whole numbers, in errors; rounding to one unit of 2.8 leaves little of the error to the courses left out
+UNITS = (1.4, 2.0, 2.6, 3.2)  # of whole numbers, in errors; rounding to a unit of 3.2 leaves little of it to the courses left out
 
 
 @dataclass(frozen=True)

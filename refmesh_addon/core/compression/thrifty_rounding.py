@@ -13,8 +13,8 @@ import numpy as np
 
 from ..geometry.vectors import TINY
 
-BIT = 0.03  # squared steps of mean error along normals that a bit is worth; measured: more of it loses more than a coarser step does
-ALONG = 0.02  # of the squared displacement along the surface that counts, or vertices would drift
+BIT = 0.015  # squared steps of mean error along normals that a bit is worth; measured: more of it loses more than a coarser step does
+ALONG = 0.1  # of the squared displacement along the surface that counts, or vertices would drift
 NONZERO = 0.5  # bits that a difference takes beyond the logarithm of its size, unless it is 0
 CHAIN = 64  # vertices that are rounded one after another; all chains at once, as if each began with the exact end of the one before
 NEIGHBORS = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))  # integers around the best one
