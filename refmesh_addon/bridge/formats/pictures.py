@@ -33,12 +33,16 @@ def show_steady(owner: bpy.types.Object, copies: dict[int, bpy.types.Object]) ->
                 slot.material = material
 
 
-def copy_pictures(export: Export) -> list[Path]:
-    """The texture sequence of the chosen frames and the steady textures of the chosen groups, in a folder beside the exported file."""
+def copy_pictures(export: Export, exported: Path | None = None) -> list[Path]:
+    """The texture sequence of the chosen frames and the steady textures of the chosen groups, in a folder beside the exported file.
+
+    exported : folder in which Blender's exporter has put the pictures of materials; what is there already is not copied again.
+    """
     report = read_report(export.results)
     numbers = {item.scene_frame: int(item.name) for item in export.owner.refmesh.frames}
     chosen = {numbers[frame] for frames in export.choice.groups.values() for frame in frames if frame in numbers}
     paths = [frame["texture"] for frame in report["frames"] if frame["number"] in chosen and frame.get("texture")]
-    paths += [report["groups"][index]["texture"] for index in export.choice.groups if report["groups"][index].get("texture")]
+    steady = [report["groups"][index]["texture"] for index in export.choice.groups if report["groups"][index].get("texture")]
+    paths += [path for path in steady if exported is None or not (exported / Path(path).name).is_file()]
     folder = output_folder(export.folder / f"{export.name}_textures")
     return [copy_result(export.results / path, folder / Path(path).name) for path in paths]

@@ -13,6 +13,7 @@ from .layers import groups_to_attributes, has_materials, supported
 from .pictures import copy_pictures, is_textured, show_steady
 from .velocities import moving_stand_ins
 
+TEXTURES = "textures"  # folder beside the file, into which Blender puts the pictures of materials
 EXTENSIONS = (".usd", ".usda", ".usdc", ".usdz")
 
 
@@ -29,7 +30,8 @@ def load(path: Path) -> None:
 def write(export: Export) -> list[Path]:
     """All groups in one file, each seen in its own frames only, with velocities, UV maps, materials, colors and vertex groups.
 
-    Vertex groups are attributes of the points, "group_NAME" (primvars). Textures go into folders beside the file.
+    Vertex groups are attributes of the points, "group_NAME" (primvars). Beside the file, pictures of materials are in
+    "textures", those of the frames in a folder of their own.
     """
     target = export.target(EXTENSIONS[0])
     check_disk_space(export, target)
@@ -51,7 +53,7 @@ def write(export: Export) -> list[Path]:
             convert_world_material=False,
             check_existing=False,
         )
-    return [target, *(copy_pictures(export) if textured else [])]
+    return [target, *(copy_pictures(export, target.parent / TEXTURES) if textured else [])]
 
 
 def _copied_textures() -> dict[str, object]:
