@@ -11,9 +11,6 @@ from typing import Annotated
 import numpy as np
 
 from ..core.array_layout import check_layouts
-from .appearance import read_appearance
-from .images import LARGEST, write_image
-from .meshes import read_bytes
 
 LAYOUTS = {"uvs": "(T, 3, 2) float32", "materials": "(T) int32", "colors": "(T, 3, 3) uint8"}
 
@@ -54,6 +51,10 @@ def read_source_colors(path: Path, folder: Path) -> SourceColors:
     folder : pictures go there, as PNG, that are inside the frame's file, or larger than LARGEST and thus reduced.
     Raises RefMeshError when the frame cannot be read; a frame with damaged colors has none.
     """
+    from .appearance import read_appearance  # late: SciPy comes with these, and may be missing
+    from .images import LARGEST, write_image
+    from .meshes import read_bytes
+
     data = read_bytes(path)
     appearance, files = read_appearance(data, path)
     if appearance is None:
