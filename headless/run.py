@@ -172,7 +172,7 @@ def run(bpy, arguments: dict) -> None:
         operators.export(format=kind, quiet=quiet, **options)
     if arguments["preview"]:
         operators.render_preview(filepath=os.path.abspath(arguments["preview"]))
-    operators.save_scene(filepath=os.path.join(output, "scene.blend"))
+    operators.save_scene(filepath=os.path.join(output, "scene.blend"), among_results=True)
     if arguments["clean_cache"]:
         operators.clean_cache(output=output)
     elif not quiet:

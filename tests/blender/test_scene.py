@@ -74,3 +74,16 @@ def test_a_place_that_cannot_be_written_is_named_and_paths_stay(blender, solved,
     with pytest.raises(RuntimeError, match="scene.blend: the scene cannot be saved"):
         blender.ops.refmesh.save_scene(filepath=str(tmp_path / "file" / "scene.blend"))
     assert [frame.path for frame in solved.refmesh.frames] == before
+
+
+def test_a_scene_that_was_worked_on_among_the_results_is_kept(blender, solved, results):
+    path = results / "scene.blend"
+    path.write_bytes(b"somebody else's")
+    for expected in ([b"somebody else's"], [b"somebody else's"]):  # the second time, nothing is in the way
+        blender.ops.refmesh.save_scene(filepath=str(path), among_results=True)
+        assert [kept.read_bytes() for kept in sorted(results.glob("scene_kept_*.blend"))] == expected
+    bpy.context.scene.name = "worked on"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    mine = path.read_bytes()
+    blender.ops.refmesh.save_scene(filepath=str(path), among_results=True)
+    assert (results / "scene_kept_2.blend").read_bytes() == mine and path.is_file()
