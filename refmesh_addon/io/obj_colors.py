@@ -48,6 +48,15 @@ def _is_plain(lines: list[bytes], data: bytes, files: TextureFiles) -> bool:
     return len(_color_of(first)) < 3 and not library_names(data) and files.by_number() is None
 
 
+def obj_uvs(data: bytes) -> np.ndarray | None:
+    """(T, 3, 2) float32 texture coordinates of the corners of the triangles; None unless all of them have some.
+
+    Raises ValueError for numbers that cannot be understood.
+    """
+    uvs, mapped, _ = _Faces.of(obj_lines(data)).triangles()
+    return uvs if len(uvs) and mapped.all() else None
+
+
 @dataclass
 class _Faces:
     """The faces of an OBJ in their order, as text.

@@ -33,8 +33,8 @@ class GroupReport:
     the group is deformed.  visibility : path of the picture that says which vertices each frame shows; None for closed takes.
     iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
     frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
-    layout : path of the texture layout, texture : of the steady texture; layout_charts, layout_stretch (1 is none), layout_area : its
-    figures; all None without color.
+    layout : path of the texture layout, texture : of the steady texture; layout_source : "own", "xatlas" or "projected";
+    layout_charts, layout_stretch (1 is none), layout_area : figures of the layout; all None without color.
     left_out : numbers of frames that do not count for the surface.  handover : from the next group's first deformed frame to
     this group's mesh deformed to that frame; None for the last group and until it is evaluated.  reason : why another mesh begins here.
     """
@@ -57,6 +57,7 @@ class GroupReport:
     left_out: tuple[int, ...] = ()
     handover: Distances | None = None
     layout: str | None = None
+    layout_source: str | None = None
     texture: str | None = None
     layout_charts: int | None = None
     layout_stretch: float | None = None

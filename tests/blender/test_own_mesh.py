@@ -9,6 +9,8 @@ from mathutils import Matrix
 
 from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.core.settings import OVER_REFERENCE
+from refmesh_addon.io.meshes import read_mesh
+from refmesh_addon.io.own_uvs import own_uvs
 
 from .conftest import place
 from .test_jobs import TINY
@@ -44,6 +46,13 @@ def test_it_comes_back_moving_with_all_that_it_had(blender, ball, quads, tmp_pat
     ball.refmesh.output = str(tmp_path / "out")
     assert blender.ops.refmesh.use_own_mesh() == {"FINISHED"}
     assert ball.refmesh.settings.mesh_frame == FRAME
+    stored = own_uvs(tmp_path / "out" / "own_mesh.ply")
+    triangles = read_mesh(tmp_path / "out" / "own_mesh.ply").triangles
+    assert stored.shape == (len(triangles), 3, 2)
+    places = {vertex: set() for vertex in range(len(quads.data.vertices))}
+    for loop, corner in zip(quads.data.loops, quads.data.uv_layers.active.uv):
+        places[loop.vertex_index].add(tuple(np.float32(corner.vector)))
+    assert all(tuple(uv) in places[vertex] for vertex, uv in zip(triangles.ravel(), stored.reshape(-1, 2)))
     run(ball, tmp_path / "out")
     (group,) = ball.refmesh.groups
     result = group.deformed

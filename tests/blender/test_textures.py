@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
+from refmesh_addon.bridge.results.textures import show_textures
 from refmesh_addon.bridge.scene.timeline import save_scene
 from refmesh_addon.core.color.projected_layout import projected_layout
 from refmesh_addon.io.files import write_npz
@@ -151,3 +152,19 @@ def test_saved_scene_names_textures_relative_to_it(colored, results):
     save_scene(results / "scene.blend")
     paths = {image.filepath.replace("\\", "/") for image in bpy.data.images if image.source in ("FILE", "SEQUENCE") and image.filepath}
     assert paths == {"//texture/frame_0006.png", "//texture/group_000_steady.png", "//texture/group_001_steady.png"}
+
+
+def test_a_mesh_of_the_user_shows_the_textures_by_its_own_uv_map(colored, results):
+    """Only where they were baked for that map."""
+    mesh = colored.refmesh.groups[0].deformed.data
+    mesh.uv_layers.remove(mesh.uv_layers["RefMesh Layout"])
+    mesh.uv_layers.new(name="Mine")
+    mesh["refmesh_own_mesh"] = "own_mesh.ply"
+    for source, shown in (("own", "TEX_IMAGE"), ("xatlas", None)):
+        report = json.loads((results / "report.json").read_text())
+        report["groups"][0]["layout_source"] = source
+        (results / "report.json").write_text(json.dumps(report))
+        show_textures(colored, results, report)
+        kinds = {node.type for node in mesh.materials[0].node_tree.nodes}
+        assert ("TEX_IMAGE" in kinds) == (shown is not None)
+        assert [layer.name for layer in mesh.uv_layers] == ["Mine"]

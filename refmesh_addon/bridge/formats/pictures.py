@@ -10,7 +10,7 @@ from ...io.files import output_folder
 from ...io.report import read_report
 from ..results.groups import deformed_material
 from ..results.textures import captured_name, steady_name
-from ..scene.meshes import UV_NAME
+from ..scene.meshes import has_layout
 from .export import Export
 from .files import copy_result
 
@@ -18,7 +18,7 @@ from .files import copy_result
 def is_textured(owner: bpy.types.Object) -> bool:
     """Whether the results of a sequence have textures."""
     groups = owner.refmesh.groups
-    return bool(groups) and all(group.deformed and UV_NAME in group.deformed.data.uv_layers for group in groups)
+    return bool(groups) and all(group.deformed and has_layout(group.deformed.data) for group in groups)
 
 
 def show_steady(owner: bpy.types.Object, copies: dict[int, bpy.types.Object]) -> None:

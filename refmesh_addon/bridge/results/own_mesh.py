@@ -10,7 +10,8 @@ from mathutils import Matrix
 
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
-from ...io.files import output_folder
+from ...io.files import output_folder, write_npz
+from ...io.own_uvs import OWN_MESH_NAME, OWN_UVS_NAME
 from ...io.ply import write_ply
 from ..scene.far_origin import offset_of
 from ..scene.geometry_update import OWN_MESH
@@ -18,7 +19,6 @@ from ..scene.meshes import read_positions
 from ..scene.paths import absolute_path
 from ..sequence.raw_sequence import read_frame
 
-FILE_NAME = "own_mesh.ply"  # in the output folder: what the job reads
 # Operators that read a file with its polygons, by suffix; the axes leave coordinates as they are.
 IMPORTERS = {".obj": "obj_import", ".ply": "ply_import"}
 AXES = {"forward_axis": "Y", "up_axis": "Z"}
@@ -38,11 +38,24 @@ def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, to_source: 
     mesh.transform(to_source)
     if to_source.determinant() < 0:
         mesh.flip_normals()
-    path = output_folder(folder) / FILE_NAME
+    path = output_folder(folder) / OWN_MESH_NAME
     triangulated = _triangulated(mesh)
     write_ply(path, triangulated.moved(triangulated.vertices + offset_of(owner.refmesh.root)))
+    _write_uvs(mesh, path.with_name(OWN_UVS_NAME))
     _keep(owner, mesh, path)
     return path
+
+
+def _write_uvs(mesh: bpy.types.Mesh, path: Path) -> None:
+    """The UV map that renders use, by the corners of the triangles, or no file where there is none."""
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    if layer is None:
+        path.unlink(missing_ok=True)
+        return
+    uvs, loops = np.empty(2 * len(mesh.loops), np.float32), np.empty(3 * len(mesh.loop_triangles), np.int32)
+    layer.uv.foreach_get("vector", uvs)
+    mesh.loop_triangles.foreach_get("loops", loops)
+    write_npz(path, {"uvs": uvs.reshape(-1, 2)[loops].reshape(-1, 3, 2)})
 
 
 def adopt_own_mesh(owner: bpy.types.Object, member: bpy.types.Object, vertices: int) -> None:

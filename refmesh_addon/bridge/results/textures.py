@@ -9,7 +9,7 @@ import bpy
 from ...io.result_arrays import read_layout
 from ..scene.geometry_update import OWN_MESH
 from ..scene.materials import image_material
-from ..scene.meshes import UV_NAME, set_uvs
+from ..scene.meshes import OWN_LAYOUT, has_layout, set_uvs
 from ..scene.paths import stored_path
 from ..scene.timeline import TEXTURE_MARK
 from .groups import deformed_material
@@ -21,7 +21,11 @@ def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
     textured = all(group.get("layout") for group in report["groups"]) and all(numbers.values()) and bool(numbers)
     for group, entry in zip(owner.refmesh.groups, report["groups"]):
         for member in (group.reference, group.deformed):
-            if member is not None and textured and OWN_MESH not in member.data:
+            if member is None or not textured:
+                continue
+            if OWN_MESH in member.data:
+                member.data[OWN_LAYOUT] = entry.get("layout_source") == "own" and len(member.data.uv_layers) > 0
+            else:
                 uvs, triangles = read_layout(folder / entry["layout"], len(member.data.polygons))
                 set_uvs(member.data, uvs[triangles])
     if not textured:
@@ -52,7 +56,7 @@ def wears_own_material(owner: bpy.types.Object, mesh: bpy.types.Mesh) -> bool:
 def _chosen_material(owner: bpy.types.Object, index: int, mesh: bpy.types.Mesh) -> bpy.types.Material | None:
     """None for the plain color, and where there are no textures."""
     choice = owner.refmesh.surface_color
-    if UV_NAME not in mesh.uv_layers or choice == "PLAIN":
+    if not has_layout(mesh) or choice == "PLAIN":
         return None
     return bpy.data.materials.get(captured_name(owner) if choice == "CAPTURED" else steady_name(owner, index))
 

@@ -9,6 +9,7 @@ from ...core.types import TriangleMesh
 from ...io.preview import PreviewMesh
 
 UV_NAME = "RefMesh Layout"  # not "UVMap", which is what Blender calls the first one of a person
+OWN_LAYOUT = "refmesh_own_layout"  # custom property of a mesh whose own UV map the textures were baked for
 COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colors; Cycles does not find one called "color"
 
 
@@ -78,6 +79,11 @@ def set_uvs(target: bpy.types.Mesh, corners: np.ndarray) -> None:
     layer.uv.foreach_get("vector", present)
     if not np.array_equal(present, target_uvs):
         layer.uv.foreach_set("vector", target_uvs)
+
+
+def has_layout(mesh: bpy.types.Mesh) -> bool:
+    """Whether the textures of RefMesh fit a UV map of this mesh: that of RefMesh, or the user's own that they were baked for."""
+    return UV_NAME in mesh.uv_layers or bool(mesh.get(OWN_LAYOUT))
 
 
 def set_colors(target: bpy.types.Mesh, colors: np.ndarray, name: str = COLOR_NAME) -> None:

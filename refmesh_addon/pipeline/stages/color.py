@@ -29,8 +29,9 @@ from .color_units import (
 )
 from .deformation import DeformedSequence
 from .groups import FrameGroup
+from .own_mesh import own_layout
 
-LAYOUT_SCHEMA = 2
+LAYOUT_SCHEMA = 3
 BAKE_SCHEMA = 3
 STEADY_SCHEMA = 1
 FILES_SCHEMA = 1
@@ -77,11 +78,13 @@ def color(context: Context, deformed: DeformedSequence) -> ColoredSequence | Non
 
 
 def _layouts(context: Context, deformed: DeformedSequence) -> Mapping[int, GroupLayout]:
-    units = {}
+    """A mesh of the user's own keeps its UV map."""
+    units, given = {}, own_layout(context)
     for group in deformed.groups:
         mesh = deformed.references[group.index].mesh
-        key = digest(LAYOUT_SCHEMA, mesh.vertices.tobytes(), mesh.triangles.tobytes())
-        units[group.index] = WorkUnit(f"color/layout_{group.index:03d}", key, lambda mesh=mesh: (mesh,))
+        own = given[1] if given is not None and np.array_equal(given[0], mesh.triangles) else None
+        key = digest(LAYOUT_SCHEMA, mesh.vertices.tobytes(), mesh.triangles.tobytes(), own.corners.tobytes() if own else b"")
+        units[group.index] = WorkUnit(f"color/layout_{group.index:03d}", key, lambda mesh=mesh, own=own: (mesh, own))
     return cached_map(context, make_layout, units, GroupLayout, LAYOUTS)
 
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...core.color.layout import LayoutQuality
 from ...core.evaluation.psnr import PSNR_CEILING
 from ...io.files import atomic_file, output_folder, write_npz
 from ...io.ply import write_ply
@@ -15,7 +14,7 @@ from ...io.sequence import held_frames, timeline_frame
 from ..session.context import Context
 from ..session.painted import record_texture, rename_painted
 from .color import EXTENSIONS, ColoredSequence, applied
-from .color_units import finished
+from .color_units import GroupLayout, finished
 from .deformation import DeformedSequence
 from .groups import FrameGroup
 
@@ -35,7 +34,7 @@ def write_colors(context: Context, deformed: DeformedSequence, colored: ColoredS
 
 def _write_group(context: Context, colored: ColoredSequence, group: FrameGroup) -> list[str]:
     layout = colored.layouts[group.index]
-    if layout.plain:
+    if layout.source == "projected":
         context.warn(f"group {group.index}: xatlas gave no layout; a plainer one with {layout.quality.charts} charts is used")
     names = {name: f"{TEXTURE_FOLDER}/group_{group.index:03d}_{name}" for name in ("layout.npz", "steady.png", "steady_mask.png")}
     write_npz(context.claim(names["layout.npz"]), {"uvs": layout.layout.uvs, "triangles": layout.layout.triangles})
@@ -44,13 +43,15 @@ def _write_group(context: Context, colored: ColoredSequence, group: FrameGroup) 
     _write(context, names["steady.png"], steady.image)
     _write(context, names["steady_mask.png"], steady.mask)
     context.report.groups[group.index] = replace(
-        context.report.groups[group.index], layout=names["layout.npz"], texture=names["steady.png"], **_figures(layout.quality)
+        context.report.groups[group.index], layout=names["layout.npz"], texture=names["steady.png"], **_figures(layout)
     )
     return [*names.values(), *(name for frame in group.frames for name in _write_frame(context, colored, group, frame))]
 
 
-def _figures(quality: LayoutQuality) -> dict[str, object]:
-    return {"layout_charts": quality.charts, "layout_stretch": quality.stretch, "layout_area": quality.area_used}
+def _figures(layout: GroupLayout) -> dict[str, object]:
+    quality = layout.quality
+    figures = {"layout_charts": quality.charts, "layout_stretch": quality.stretch, "layout_area": quality.area_used}
+    return {"layout_source": layout.source, **figures}
 
 
 def _write_frame(context: Context, colored: ColoredSequence, group: FrameGroup, frame: int) -> list[str]:

@@ -24,11 +24,13 @@ from ..session.unwrapping import unwrapped
 
 @dataclass(frozen=True)
 class GroupLayout:
-    """layout, quality : of a group's reference mesh.  plain : whether xatlas was missing, failed or took too long."""
+    """layout, quality : of a group's reference mesh.  source : "own", a UV map of the user's; "xatlas"; or "projected", where xatlas was
+    missing, failed or took too long.
+    """
 
     layout: Layout
     quality: LayoutQuality
-    plain: bool
+    source: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +66,11 @@ def texels_of(shared: LayoutTexels) -> Texels:
     return Texels.of(shared.layout, shared.size)
 
 
-def make_layout(mesh: TriangleMesh) -> GroupLayout:
-    """Layout of a reference mesh."""
-    layout = unwrapped(mesh)
+def make_layout(mesh: TriangleMesh, own: Layout | None) -> GroupLayout:
+    """Layout of a reference mesh.  own : a UV map of the user's, which is taken as it is."""
+    layout = own or unwrapped(mesh)
     chosen = layout or projected_layout(mesh)
-    return GroupLayout(chosen, measured(mesh, chosen), layout is None)
+    return GroupLayout(chosen, measured(mesh, chosen), "own" if own else "xatlas" if layout else "projected")
 
 
 def bake_frame(shared: LayoutTexels, deformed: TriangleMesh, source: TriangleMesh, path: Path) -> BakedFrame:

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from refmesh_addon.core.color.layout import Layout
 from refmesh_addon.core.color.texels import Texels
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.geometry.mesh import merged
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.files import read_npz
 from refmesh_addon.io.images import decoded
@@ -17,6 +18,7 @@ from refmesh_addon.io.ply import read_colors, read_surface
 from refmesh_addon.pipeline.run import run
 from refmesh_addon.pipeline.session.job import JobSpec
 from refmesh_addon.pipeline.session.parallel import Workers
+from tests.core.color.painted import cube_sphere
 
 from ..colored_takes import GAINS, NUMBERS, STEP, material, write_textured, write_vertex_colored
 from ..conftest import TINY
@@ -152,3 +154,32 @@ def test_vertex_colors_go_to_vertices(tmp_path):
         error = read_colors(path)[:, :3].astype(float) - material(read_surface(path).vertices - STEP * index)
         assert np.abs(error).mean() < 8
     assert not (tmp_path / "out" / "texture").exists()
+
+
+def write_own(path, scale: float = 1.0) -> Path:
+    """A closed ball over the first frame with the UV map of six squares.  scale : of that map."""
+    mesh, layout = cube_sphere(9)
+    ball, _ = merged(mesh)
+    rows = [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in ball.vertices] + [f"vt {u:.6f} {v:.6f}" for u, v in scale * layout.uvs]
+    corners = zip(ball.triangles + 1, layout.triangles + 1)
+    rows += ["f " + " ".join(f"{vertex}/{place}" for vertex, place in zip(triangle, places)) for triangle, places in corners]
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def test_a_mesh_of_the_user_keeps_its_uv_map(take, tmp_path):
+    own = write_own(tmp_path / "own.obj")
+    assert finish(take, tmp_path / "out", mesh=str(own), mesh_frame=NUMBERS[0], group_size=4) == []
+    (group,) = report(tmp_path / "out")["groups"]
+    assert group["layout_source"] == "own" and group["layout_charts"] == 6
+    stored = read_npz(tmp_path / "out" / group["layout"])
+    assert_allclose(stored["uvs"][stored["triangles"]], cube_sphere(9)[1].corners, atol=1e-6)
+    for index, frame in enumerate(report(tmp_path / "out")["frames"]):
+        assert np.abs(texture_errors(tmp_path / "out", frame, group, index) / GAINS[index]).mean() < 25
+
+
+def test_a_uv_map_beyond_the_square_gives_way_to_another_layout(take, tmp_path):
+    own = write_own(tmp_path / "own.obj", scale=1.5)
+    (warning,) = finish(take, tmp_path / "out", mesh=str(own), mesh_frame=NUMBERS[0], group_size=4, frames="3-4")
+    assert "own.obj: its UV map cannot hold the colors: it reaches" in warning
+    assert report(tmp_path / "out")["groups"][0]["layout_source"] in ("xatlas", "projected")
