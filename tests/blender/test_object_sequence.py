@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
 
+from refmesh_addon.bridge.scene.materials import image_material
 from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.bridge.sequence.bake import evaluated_mesh
 from refmesh_addon.core.geometry.mesh import signed_volume
+from refmesh_addon.io.appearance import parse_appearance
 from refmesh_addon.io.files import PARTIAL_SUFFIX
+from refmesh_addon.io.images import write_image
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.sequence import BAKED_FOLDER
 
@@ -117,3 +122,45 @@ def test_frames_that_a_killed_bake_left_are_not_taken(blender, cube, tmp_path):
     (left / "My__cube__001_0099.ply").write_bytes(b"of another bake")
     blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=2, last=3)
     assert [frame.name for frame in blender.context.active_object.refmesh.frames] == ["2", "3"] and not left.exists()
+
+
+def test_uv_map_and_image_sequence_of_an_object_become_the_colors_of_the_frames(blender, cube, tmp_path):
+    """The picture of each frame, at the places of the corners."""
+    for number in (1, 2, 3):
+        write_image(tmp_path / f"skin_{number}.png", np.full((8, 8, 3), 50 * number, np.uint8))
+    image = bpy.data.images.load(str(tmp_path / "skin_1.png"))
+    image.source = "SEQUENCE"
+    cube.data.materials.append(image_material("skin", image, 1, 3))
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=3)
+    owner = blender.context.active_object
+    for number, frame in zip((1, 2, 3), owner.refmesh.frames):
+        path = Path(bpy.path.abspath(frame.path))
+        appearance, notes, _ = parse_appearance(path.read_bytes(), path)
+        assert notes == () and (appearance.images[0] == 50 * number).all() and (appearance.materials == 0).all()
+        np.testing.assert_array_equal(appearance.mesh.triangles, read_mesh(path).triangles)
+        assert -1e-6 <= appearance.uvs.min() < appearance.uvs.max() <= 1 + 1e-6
+    assert owner.refmesh.source_colors
+
+
+def test_a_color_attribute_of_an_object_becomes_vertex_colors(blender, cube, tmp_path):
+    attribute = cube.data.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
+    attribute.data.foreach_set("color_srgb", np.tile([0.2, 0.4, 0.6, 1.0], len(attribute.data)))
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=1)
+    path = Path(bpy.path.abspath(blender.context.active_object.refmesh.frames[0].path))
+    colors = parse_appearance(path.read_bytes(), path)[0].colors
+    assert np.unique(colors.reshape(-1, 3), axis=0).tolist() == [[51, 102, 153]]
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_corners_keep_their_places_in_the_picture(blender, tmp_path, mirror):
+    """A plane whose u grows with its own x and v with its y."""
+    blender.ops.mesh.primitive_grid_add(x_subdivisions=3, y_subdivisions=2)
+    plane = blender.context.active_object
+    plane.scale.x = mirror
+    write_image(tmp_path / "skin.png", np.zeros((8, 8, 3), np.uint8))
+    plane.data.materials.append(image_material("skin", bpy.data.images.load(str(tmp_path / "skin.png"))))
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=1)
+    path = Path(bpy.path.abspath(blender.context.active_object.refmesh.frames[0].path))
+    appearance = parse_appearance(path.read_bytes(), path)[0]
+    x, y, _ = appearance.mesh.vertices[appearance.mesh.triangles].transpose(2, 0, 1)
+    np.testing.assert_allclose(appearance.uvs, np.stack([(1 + mirror * x) / 2, (1 + y) / 2], axis=2), atol=1e-6)

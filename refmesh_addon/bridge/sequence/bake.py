@@ -14,8 +14,8 @@ import numpy as np
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
 from ...io.files import PARTIAL_SUFFIX, output_folder
-from ...io.ply import write_ply
 from ..scene.meshes import read_positions
+from .object_colors import evaluated_colors, write_object_frame
 
 DIGITS = 4  # of the frame number in a file name, at least
 
@@ -51,9 +51,10 @@ def bake(target: bpy.types.Object, scene: bpy.types.Scene, numbers: Sequence[int
     try:
         for number in numbers:
             scene.frame_set(number)
-            mesh = evaluated_mesh(target, bpy.context.evaluated_depsgraph_get())
+            graph = bpy.context.evaluated_depsgraph_get()
+            mesh = evaluated_mesh(target, graph)
             if len(mesh.triangles):
-                write_ply(partial / f"{stem}_{number:0{DIGITS}d}.ply", mesh)
+                write_object_frame(partial / f"{stem}_{number:0{DIGITS}d}.ply", mesh, evaluated_colors(target, graph))
             yield number
         written = sorted(partial.iterdir())
         if not written:
