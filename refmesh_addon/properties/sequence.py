@@ -177,9 +177,10 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         name="Show",
         description="Colors of the deformed mesh; Show Errors takes precedence",
         items=[
-            ("CAPTURED", "Captured", "The capture's own colors, frame by frame"),
-            ("STEADY", "Steady", "One texture per reference mesh, to be painted and relit"),
-            ("PLAIN", "Plain", "One color"),
+            ("CAPTURED", "Captured", "The capture's own colors, frame by frame", "", 0),
+            ("STEADY", "Steady", "One texture per reference mesh, to be painted and relit", "", 1),
+            ("PAINTED", "Painted", "The steady texture that you painted on before the last run; the steady one where there is none", "", 3),
+            ("PLAIN", "Plain", "One color", "", 2),
         ],
         update=switch_surface_color,
     )

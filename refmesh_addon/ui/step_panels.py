@@ -141,5 +141,5 @@ class REFMESH_PT_color(StepPanel, bpy.types.Panel):
         state = sequence_object(context).refmesh
         if "color" in state.done:
             row = self.layout.row(align=True)
-            row.use_property_split = False  # the three names need the whole width
+            row.use_property_split = False  # the names need the whole width
             row.prop(state, "surface_color", expand=True)

@@ -168,3 +168,16 @@ def test_a_mesh_of_the_user_shows_the_textures_by_its_own_uv_map(colored, result
         kinds = {node.type for node in mesh.materials[0].node_tree.nodes}
         assert ("TEX_IMAGE" in kinds) == (shown is not None)
         assert [layer.name for layer in mesh.uv_layers] == ["Mine"]
+
+
+def test_painted_textures_are_shown_the_latest_one_and_steady_ones_without(colored, results):
+    for number in (2, 10):
+        write_image(results / "texture" / f"group_001_steady_painted_{number}.png", np.full((8, 8, 3), 200 + number, np.uint8))
+    bpy.ops.refmesh.load_results(output=str(results))
+    colored.refmesh.surface_color = "PAINTED"
+    names = [Path(image_node(group).image.filepath).name for group in colored.refmesh.groups]
+    assert names == ["group_000_steady.png", "group_001_steady_painted_10.png"]
+    path = exported(colored, "glb")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.import_scene.gltf(filepath=str(path))
+    assert sorted(round(255 * image.pixels[0]) for image in bpy.data.images if image.size[0] == 8) == [100, 210]

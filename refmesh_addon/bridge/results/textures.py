@@ -37,6 +37,9 @@ def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
     image_material(captured_name(owner), captured, int(first.stem.rpartition("_")[2]), len(files))
     for index, entry in enumerate(report["groups"]):
         image_material(steady_name(owner, index), load_image(folder / entry["texture"]))
+        painted = latest_painted(folder / entry["texture"])
+        if painted is not None:
+            image_material(painted_name(owner, index), load_image(painted))
     show_surface_color(owner)
 
 
@@ -49,7 +52,8 @@ def show_surface_color(owner: bpy.types.Object) -> None:
 
 def wears_own_material(owner: bpy.types.Object, mesh: bpy.types.Mesh) -> bool:
     """Whether the only material of a mesh is one that RefMesh gave it."""
-    own = {captured_name(owner), deformed_material().name, *(steady_name(owner, index) for index in range(len(owner.refmesh.groups)))}
+    names = (name(owner, index) for name in (steady_name, painted_name) for index in range(len(owner.refmesh.groups)))
+    own = {captured_name(owner), deformed_material().name, *names}
     return len(mesh.materials) == 1 and mesh.materials[0] is not None and mesh.materials[0].name in own
 
 
@@ -58,7 +62,8 @@ def _chosen_material(owner: bpy.types.Object, index: int, mesh: bpy.types.Mesh) 
     choice = owner.refmesh.surface_color
     if not has_layout(mesh) or choice == "PLAIN":
         return None
-    return bpy.data.materials.get(captured_name(owner) if choice == "CAPTURED" else steady_name(owner, index))
+    painted = bpy.data.materials.get(painted_name(owner, index)) if choice == "PAINTED" else None
+    return painted or bpy.data.materials.get(captured_name(owner) if choice == "CAPTURED" else steady_name(owner, index))
 
 
 def captured_name(owner: bpy.types.Object) -> str:
@@ -69,6 +74,19 @@ def captured_name(owner: bpy.types.Object) -> str:
 def steady_name(owner: bpy.types.Object, index: int) -> str:
     """Name of the material with the steady texture of a group."""
     return f"{owner.refmesh.root.name} Steady {index:03d}"
+
+
+def painted_name(owner: bpy.types.Object, index: int) -> str:
+    """Name of the material with what the user has painted on the steady texture of a group."""
+    return f"{owner.refmesh.root.name} Painted {index:03d}"
+
+
+def latest_painted(steady: Path) -> Path | None:
+    """The painted texture that was put aside last when a run wrote a steady texture anew; None where there is none."""
+    stem = f"{steady.stem}_painted_"
+    numbers = [path.stem.removeprefix(stem) for path in steady.parent.glob(f"{stem}*.png")]
+    known = [int(number) for number in numbers if number.isdecimal()]
+    return steady.with_name(f"{stem}{max(known)}.png") if known else None
 
 
 def load_image(path: Path, sequence: bool = False) -> bpy.types.Image:
