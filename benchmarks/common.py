@@ -7,9 +7,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import Field, fields
 from pathlib import Path
 
-from refmesh_addon.core.geometry.mesh import merged
+import numpy as np
+
+from refmesh_addon.core.capture.pieces import pieces_of
+from refmesh_addon.core.capture.transients import visits
+from refmesh_addon.core.geometry.mesh import merged, submesh, vertex_components
 from refmesh_addon.core.settings import Settings, TrackingSettings
-from refmesh_addon.core.tracking.forward import TrackedFrame, first_frame, next_frame
+from refmesh_addon.core.tracking.forward import TrackedFrame, first_frame
+from refmesh_addon.core.tracking.population import Change, advanced
 from refmesh_addon.core.tracking.volume import Volume, sample_volume
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.discovery import find_sequence
@@ -31,12 +36,25 @@ def tracked(
 
     start : state of the first frame, where it is known already.
     """
-    state = start
-    volumes = one_ahead(lambda mesh: sample_volume(mesh, settings.resolution, settings.centers), meshes)
-    for index, volume in enumerate(volumes):
-        if index or state is None:
-            state = next_frame(state, volume, settings) if index else first_frame(volume, settings)
+    state, meshes = start, list(meshes)
+    volume_of = lambda mesh: sample_volume(mesh, settings.resolution, settings.centers)
+    shown = visits(pieces_of(mesh) for mesh in meshes)
+    for index, volume in enumerate(one_ahead(volume_of, meshes)):
+        if index:
+            before, now = meshes[index - 1], meshes[index]
+            leaving, coming = shown.leaving[index - 1], shown.coming[index]
+            rest = volume_of(_pieces(now, coming, False)) if len(coming) else volume
+            change = Change(_pieces(before, leaving) if len(leaving) else None, _pieces(now, coming) if len(coming) else None, rest)
+            state = advanced(state, volume, change, settings)
+        elif state is None:
+            state = first_frame(volume, settings)
         yield state, volume
+
+
+def _pieces(mesh: TriangleMesh, chosen: np.ndarray, keep: bool = True) -> TriangleMesh:
+    """The chosen pieces of a mesh, or all others."""
+    piece = vertex_components(mesh)[1][mesh.triangles[:, 0]]
+    return submesh(mesh, np.isin(piece, chosen) == keep)[0]
 
 
 def add_tracking_options(parser: argparse.ArgumentParser, resolution: int) -> None:

@@ -98,11 +98,14 @@ def judge(case: Case, positions: np.ndarray, spacing: float) -> Judgement:
 
 def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float) -> dict[str, float]:
     """What is reported of one case."""
-    positions, spacing = np.stack([state.centers for state in states]), states[0].affinity.spacing
+    spacing, first = states[0].affinity.spacing, len(states[0].centers)  # those that are born later are judged by their number
+    positions, living = (np.stack([getattr(state, name)[:first] for state in states]) for name in ("centers", "living"))
     judgement = judge(case, positions, spacing)
+    judgement = replace(judgement, wrong=judgement.wrong & living, judged=judgement.judged & living)
     errors, dfu = judgement.errors[judgement.judged], [state.dfu for state in states]
     wrong = judgement.wrong.sum(axis=1) / np.maximum(judgement.judged.sum(axis=1), 1)
-    inside = case.depths(positions[-1], case.times[-1]).min(axis=0) < LOST * spacing
+    end = states[-1].centers[states[-1].living]
+    inside = case.depths(end, case.times[-1]).min(axis=0) < LOST * spacing
     result = {
         "median": np.median(errors),
         "p95": np.quantile(errors, 0.95),
@@ -120,7 +123,7 @@ def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float
     }
     if len(judgement.late):
         in_late = lambda points: np.isin(case.bodies_of(points, case.times[-1]), judgement.late)
-        result["late_centers"] = in_late(positions[-1]).mean()
+        result["late_centers"] = in_late(end).mean()
         result["late_volume"] = np.average(in_late(last.finest.positions), weights=last.finest.masses)
     return {name: round(float(value), 5) for name, value in result.items()}
 
@@ -148,7 +151,7 @@ def repeated(case: Case, settings: TrackingSettings, states: list[TrackedFrame],
     The second run starts from the first one's centers: other voxels would spread others, as good but not the same.
     """
     change = lambda points: SCALE * points @ TURN.T + SHIFT
-    first = states[0]
+    first, count = states[0], len(states[0].centers)
     start = replace(
         first,
         centers=change(first.centers),
@@ -157,7 +160,8 @@ def repeated(case: Case, settings: TrackingSettings, states: list[TrackedFrame],
         cells=_changed(first.cells, change),
     )
     again = [state.centers for state, _ in tracked([mesh.moved(change(mesh.vertices)) for mesh in case.meshes], settings, start)]
-    apart = np.stack([np.linalg.norm(centers - change(state.centers), axis=1) for centers, state in zip(again, states)]) / (SCALE * voxel)
+    pairs = [(centers[:count], change(state.centers[:count])) for centers, state in zip(again, states)]
+    apart = np.stack([np.linalg.norm(centers - expected, axis=1) for centers, expected in pairs]) / (SCALE * voxel)
     shares = {"repeat_median": 0.5, "repeat_p95": 0.95, "repeat_max": 1.0}
     return {name: round(float(np.quantile(apart, share)), 3) for name, share in shares.items()}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
 from ...core.capture.pieces import Pieces
 from ...core.capture.strays import stray_note
-from ...core.capture.transients import transient_pieces
+from ...core.capture.transients import visits
 from ...core.errors import RefMeshError
 from ...core.geometry.mesh import submesh, vertex_components
 from ...core.geometry.storage_offset import storage_offset
@@ -37,7 +37,7 @@ class Frames:
     mesh(index) : as captured.  surface(index) : the same without floaters and transient pieces, what is followed and fitted.
     capped(index) : the surface with its holes capped, and which triangles cap them.  body(index) : the mesh of it, which encloses a volume.
     transient(index) : its transient pieces, which are shown as captured.  transients : index of each frame that has any -> their numbers;
-    empty where the take is not closed.
+    empty where the take is not closed.  coming, leaving : the same of lasting pieces, in their first and in their last frame.
     kind : of the take, one of `openness.KINDS`.  take : what its frames have in common where it is not closed, None where it is: the
     surface is then without what depth cameras add to it, and the body is a layer or a shell, of which all else counts as a cap.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
@@ -61,7 +61,7 @@ class Frames:
                 boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
                 yield file.pieces
 
-        transients = transient_pieces(surveyed())
+        shown = visits(surveyed())
         self.boxes = np.array(boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
@@ -69,7 +69,8 @@ class Frames:
         self.kind = take_kind([surface_kind(one.capped, one.compactness, one.of_pieces) for one in self.statistics], requested)
         self.take = open_take(self.kind, facts) if self.kind != CLOSED else None
         # Of open takes, artifacts are left out first; which of their surfaces a frame shows is known by vertex.
-        self.transients = {index: pieces for index, pieces in enumerate(transients) if len(pieces) and self.take is None}
+        by_index = lambda rows: {index: pieces for index, pieces in enumerate(rows) if len(pieces) and self.take is None}
+        self.transients, self.coming, self.leaving = (by_index(rows) for rows in (shown.transient, shown.coming, shown.leaving))
         for index, pieces in self.transients.items():
             self.keys[index] = digest(self.keys[index], pieces.tolist())
         if self.take is not None:
@@ -96,21 +97,42 @@ class Frames:
 
     def transient(self, index: int) -> TriangleMesh:
         """The transient pieces of a frame in `transients`."""
-        return self._divided(index, transient=True)
+        return self._only(index, self.transients)
+
+    def arrival(self, index: int) -> TriangleMesh:
+        """The pieces of a frame in `coming`, closed."""
+        return smoothly_capped(self._only(index, self.coming)).mesh
+
+    def departure(self, index: int) -> TriangleMesh:
+        """The pieces of a frame in `leaving`, closed."""
+        return smoothly_capped(self._only(index, self.leaving)).mesh
+
+    def settled(self, index: int) -> TriangleMesh:
+        """The body of a frame without what comes in it."""
+        return smoothly_capped(self._without(index, self.transients, self.coming)).mesh if index in self.coming else self.body(index)
 
     def path(self, index: int) -> Path:
         """The file of a frame."""
         return self.sequence.frames[index].path
 
     def _surface(self, index: int) -> TriangleMesh:
-        return self.take.surface(self.mesh(index), index) if self.take else self._divided(index, transient=False)
+        return self.take.surface(self.mesh(index), index) if self.take else self._without(index, self.transients)
 
-    def _divided(self, index: int, transient: bool) -> TriangleMesh:
+    def _only(self, index: int, kind: Mapping[int, np.ndarray]) -> TriangleMesh:
+        surface, chosen = self._chosen(index, kind)
+        return submesh(surface, chosen)[0]
+
+    def _without(self, index: int, *kinds: Mapping[int, np.ndarray]) -> TriangleMesh:
+        if not any(index in kind for kind in kinds):
+            return without_floaters(self.mesh(index))
+        surface, chosen = self._chosen(index, *kinds)
+        return submesh(surface, ~chosen)[0]
+
+    def _chosen(self, index: int, *kinds: Mapping[int, np.ndarray]) -> tuple[TriangleMesh, np.ndarray]:
+        """The surface without floaters, and (T,) bool, its triangles of pieces of certain kinds."""
         surface = without_floaters(self.mesh(index))
-        if index not in self.transients:
-            return surface
         piece = vertex_components(surface)[1][surface.triangles[:, 0]]
-        return submesh(surface, np.isin(piece, self.transients[index]) == transient)[0]
+        return surface, np.isin(piece, np.concatenate([kind[index] for kind in kinds if index in kind]))
 
     def _capped(self, index: int) -> CappedMesh:
         surface = self.surface(index)

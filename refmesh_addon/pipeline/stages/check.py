@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.capture.diagnosis import FrameStatistics, diagnose
-from ...core.capture.transients import transient_pieces
+from ...core.capture.transients import visits
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
 from ...io.files import output_folder
@@ -49,7 +49,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
 
 
 def _transients(sequence: Sequence, captured: CapturedSequence) -> list[Finding]:
-    transients = transient_pieces(file.pieces for file in captured.files.values())
+    transients = visits(file.pieces for file in captured.files.values()).transient
     message = "{} pieces are there for a few frames only; they are not followed but shown as captured, there and nowhere else"
     numbers = [sequence.numbers[index] for index in captured.files]
     return [Finding("transient", "note", number, message.format(len(own))) for number, own in zip(numbers, transients) if len(own)]

@@ -46,6 +46,9 @@ class FrameEnergies(FrozenArrays):
 def optimize_globally(context: Context, forward: TrackingResult) -> TrackingResult:
     """The tracking after as many rounds as the settings ask for; without rounds it stays the same."""
     result, energies = forward, []
+    if forward.changes and context.settings.tracking.global_rounds:
+        context.warn("--global-rounds is left out: centers are born or retired in this take, which global optimization does not support")
+        return forward
     for index in range(context.settings.tracking.global_rounds):
         result, falling = _after_round(context, result, index)
         energies.append(falling.tolist())

@@ -48,12 +48,23 @@ def fixed_groups(context: Context) -> list[tuple[int, ...]]:
 
 
 def chosen_groups(context: Context, tracking: TrackingResult) -> list[tuple[int, ...]]:
-    """Groups of the requested size, or chosen by content."""
+    """Groups of the requested size, or chosen by content; they end where centers are born or retired."""
     settings = context.settings.reference
     if settings.group_size or settings.group_starts.strip():
-        return fixed_groups(context)
+        return divided(fixed_groups(context), tracking.changes)
     (whole,) = tracking.ranges
-    return content_groups(tracking.positions, whole.load_affinity(), whole.spacing, settings.longest_group, tracking.jumps)
+    cuts = tuple(sorted({*tracking.jumps, *tracking.changes}))
+    return content_groups(tracking.positions, whole.load_affinity(), whole.spacing, settings.longest_group, cuts)
+
+
+def divided(runs: list[tuple[int, ...]], at: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """The runs of frames, each cut before every frame of `at` that lies within it."""
+    parts = []
+    for run in runs:
+        starts = [run[0], *(frame for frame in at if run[0] < frame <= run[-1])]
+        ends = [*starts[1:], run[-1] + 1]
+        parts += [tuple(range(start, end)) for start, end in zip(starts, ends, strict=True)]
+    return parts
 
 
 def _starts(context: Context) -> list[int]:

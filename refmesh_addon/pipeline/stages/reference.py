@@ -169,9 +169,10 @@ def counts_for_the_surface(context: Context, aligned: AlignedFrame) -> bool:
 
 def _placing(context: Context, tracking: TrackingResult, group: FrameGroup, bodies: np.ndarray | None) -> WorkUnit:
     def arguments() -> tuple:
-        own = tracking.range_of(group.frames[0])
+        first = group.frames[0]
         positions, settings = tracking.centers_in(group.frames), context.settings.reference
-        return positions, own.load_affinity(), own.spacing, settings, bodies, group.segment
+        own = None if bodies is None else bodies[tracking.members(first)]
+        return positions, tracking.affinity_at(first), tracking.range_of(first).spacing, settings, own, group.segment
 
     return WorkUnit(f"{group.folder}reference/centers_{group.index:03d}", group.key, arguments, context.numbers[group.frames[0]])
 
@@ -226,7 +227,7 @@ def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, fra
             anchor = aligned.aligned[group.index, group.frames[aligned.centers[group.index].anchor]]
             return own_mesh(context), anchor.surface.points, anchor.surface.normals
         targets, mapping = aligned.aligned[group.index, frame].targets, context.settings.reference.mapping
-        return own_mesh(context), tracking.positions[frame], targets, aligned.centers[group.index], mapping
+        return own_mesh(context), tracking.centers_in((frame,))[0], targets, aligned.centers[group.index], mapping
 
     return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
 

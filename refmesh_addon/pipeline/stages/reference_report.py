@@ -32,7 +32,7 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
         write_ply(context.claim(entry.reference), references.extended[group.index].mesh)
         context.report.groups.append(entry)
         _warn_of_left_out(context, entry)
-        _warn_of_joined(context, references, group)
+        _warn_of_joined(context, tracking, references, group)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
     arrays = {f"group_{index:03d}_reference_centers": centers.positions for index, centers in references.centers.items()}
     write_centers(context, tracking, arrays, references.bodies)
@@ -79,10 +79,11 @@ def _warn_of_left_out(context: Context, entry: GroupReport) -> None:
         context.warn(f"frame {number}: {overlap} and is left out of the reference mesh; a smaller --group-size may serve it better")
 
 
-def _warn_of_joined(context: Context, references: References, group: FrameGroup) -> None:
+def _warn_of_joined(context: Context, tracking: TrackingResult, references: References, group: FrameGroup) -> None:
     if references.bodies is None:
         return
-    joined = joined_bodies(references.meshes[group.index].mesh, references.centers[group.index].positions, references.bodies)
+    bodies = references.bodies[tracking.members(group.frames[0])]
+    joined = joined_bodies(references.meshes[group.index].mesh, references.centers[group.index].positions, bodies)
     if joined:
         names = " and ".join(str(body + 1) for body in joined)
         where = f"in the mesh of the group that begins with frame {context.numbers[group.frames[0]]}"

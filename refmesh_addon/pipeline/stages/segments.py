@@ -20,7 +20,7 @@ from ..session.cache import digest
 from ..session.context import Context
 from .deformation import DeformedSequence, deform
 from .evaluation import measure_frames
-from .groups import FrameGroup, chosen_groups, fixed_groups
+from .groups import FrameGroup, chosen_groups, divided, fixed_groups
 from .marked_bodies import bodies_apart
 from .reference import GroupedFrames, group_frames, make_references
 from .tracking_result import TrackingResult
@@ -70,7 +70,7 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
     bodies, reference = bodies_apart(context, tracking), context.settings.reference
     if _mode(context, tracking) == "groups":
         runs = chosen_groups(context, tracking)
-        return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(runs))
+        return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(runs, tracking))
     if reference.group_starts.strip():
         runs = fixed_groups(context)
     elif reference.mesh:  # made to serve the whole take
@@ -80,7 +80,8 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
         runs = [tuple(range(start, min(start + every, len(context.frames)))) for start in range(0, len(context.frames), every)]
     else:
         return _remembered(context, tracking, bodies)
-    return SegmentPlan(group_frames(context, tracking, bodies, runs, segment=True), _reasons(runs))
+    runs = divided(runs, tracking.changes)
+    return SegmentPlan(group_frames(context, tracking, bodies, runs, segment=True), _reasons(runs, tracking))
 
 
 def reviewed(context: Context, tracking: TrackingResult, plan: SegmentPlan, deformed: DeformedSequence) -> SegmentPlan:
@@ -106,12 +107,12 @@ def _mode(context: Context, tracking: TrackingResult) -> str:
     return "groups"
 
 
-def _reasons(runs: list[tuple[int, ...]]) -> tuple[str, ...]:
-    return (FIRST, *(ASKED for _ in runs[1:]))
+def _reasons(runs: list[tuple[int, ...]], tracking: TrackingResult) -> tuple[str, ...]:
+    return (FIRST, *(JUMP if run[0] in tracking.changes else ASKED for run in runs[1:]))
 
 
 def _remembered(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> SegmentPlan:
-    starts = {0: FIRST} | {jump: JUMP for jump in tracking.jumps if jump} | _changes_of_view(context, tracking)
+    starts = {0: FIRST} | {jump: JUMP for jump in (*tracking.jumps, *tracking.changes) if jump} | _changes_of_view(context, tracking)
     key = _plan_key(context, tracking, bodies)
     cuts = context.cache.load_result("segments/plan", key, Cuts) or Cuts(*_sorted(starts), 0, False)
     return _plan(context, tracking, bodies, cuts)
@@ -184,9 +185,8 @@ def _cuts(
 
 def _best_cut(tracking: TrackingResult, run: FrameGroup, groups: list[tuple[int, ...]]) -> int:
     """Where a run is cut that serves not even its first group: its reference positions suit neither part."""
-    (whole,) = tracking.ranges
     candidates = [group[0] - run.frames[0] for group in groups[1:]]
-    return run.frames[0] + least_strained_cut(tracking.centers_in(run.frames), whole.load_affinity(), candidates)
+    return run.frames[0] + least_strained_cut(tracking.centers_in(run.frames), tracking.affinity_at(run.frames[0]), candidates)
 
 
 def _groups_within(context: Context, tracking: TrackingResult, run: FrameGroup) -> list[tuple[int, ...]]:
@@ -198,8 +198,7 @@ def _groups_within(context: Context, tracking: TrackingResult, run: FrameGroup) 
     groups = [inside for group in chosen_groups(context, tracking) if (inside := tuple(frame for frame in group if frame in members))]
     if len(groups) > 1 or len(run.frames) == 1 or context.frames.take is None:
         return groups
-    (whole,) = tracking.ranges
-    cut = least_strained_cut(tracking.centers_in(run.frames), whole.load_affinity(), list(range(1, len(run.frames))))
+    cut = least_strained_cut(tracking.centers_in(run.frames), tracking.affinity_at(run.frames[0]), list(range(1, len(run.frames))))
     return [run.frames[:cut], run.frames[cut:]]
 
 

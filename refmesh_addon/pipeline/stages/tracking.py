@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
-from ...core.tracking.forward import TrackedFrame, first_frame, next_frame
+from ...core.tracking.forward import TrackedFrame, first_frame
+from ...core.tracking.population import Change, advanced
 from ...core.tracking.volume import Volume, sample_volume
 from ...core.types import TriangleMesh
 from ..session.cache import digest
@@ -18,7 +19,7 @@ from ..session.stage_share import StageShare
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
-TRACKING_SCHEMA = 7
+TRACKING_SCHEMA = 8
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
 
@@ -31,11 +32,25 @@ def track_sequence(context: Context) -> TrackingResult:
     share.skip(context.notify, done / len(keys))
     for index, volume in enumerate(one_ahead(lambda index: volume_of(context, index), range(done, len(keys))), done):
         share.tell(context.notify, index / len(keys), context.numbers[index])
-        state = next_frame(state, volume, settings) if state else first_frame(volume, settings)
+        state = _followed(context, index, state, volume) if state else first_frame(volume, settings)
         context.cache.save_result(_frame_entry(context, index), keys[index], TrackedFrames.of(state, volume, context.frames.path(index)))
         context.cache.save_result(STATE, keys[index], state)
     assert state is not None, "a sequence has at least one frame"
     return _result(context, keys, state)
+
+
+def _followed(context: Context, index: int, last: TrackedFrame, volume: Volume) -> TrackedFrame:
+    """The centers in the next frame; those of a body that has left are retired, and a body that comes gets its own."""
+    frames, path, settings = context.frames, context.frames.path(index), context.settings.tracking
+    change = Change(
+        frames.departure(index - 1) if index - 1 in frames.leaving else None,
+        frames.arrival(index) if index in frames.coming else None,
+        enclosed_volume(frames.settled(index), path, settings) if index in frames.coming else volume,
+    )
+    try:
+        return advanced(last, volume, change, settings)
+    except ValueError as error:
+        raise RefMeshError(f"{path}: too little volume to track in a body that appears here ({error})") from error
 
 
 def volume_of(context: Context, index: int) -> Volume:
@@ -57,7 +72,8 @@ def _result(context: Context, keys: list[str], last: TrackedFrame) -> TrackingRe
     report_tracking(context, frames, affinity.spacing)
     whole = TrackedRange(len(keys), affinity.spacing, keys[-1], affinity.weights)
     jumps = frames.volume_jumps() if context.frames.take is None else ()  # of an open take, more is seen at one time than at another
-    return TrackingResult(frames.centers, (whole,), tuple(jumps))
+    alive = None if frames.alive.all() else frames.alive
+    return TrackingResult(frames.centers, (whole,), tuple(jumps), alive)
 
 
 def _tracked(context: Context, index: int, key: str) -> TrackedFrames:
@@ -73,9 +89,10 @@ def _chained_keys(context: Context) -> list[str]:
     """Each frame's result depends on the settings of the forward pass and on all frames up to it."""
     settings = asdict(context.settings.tracking)
     del settings["global_rounds"], settings["surface"]  # the keys of the frames depend on what kind of surface they are followed as
-    key, keys = digest(TRACKING_SCHEMA, settings), []
-    for frame_key in context.frames.keys:
-        key = digest(key, frame_key)
+    key, keys, frames = digest(TRACKING_SCHEMA, settings), [], context.frames
+    for index, frame_key in enumerate(frames.keys):
+        changes = [kind[at].tolist() for kind, at in ((frames.leaving, index - 1), (frames.coming, index)) if at in kind]
+        key = digest(key, frame_key, *changes)
         keys.append(key)
     return keys
 

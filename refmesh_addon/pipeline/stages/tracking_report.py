@@ -23,8 +23,14 @@ def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> 
         context.report.tracking[name] = getattr(frames, name).tolist()
     context.report.tracking["center_spacing"] = spacing
     jumps = frames.volume_jumps() if context.frames.take is None else {}
+    born, retired = frames.born.tolist(), frames.retired.tolist()
+    context.report.tracking |= {name: counts for name, counts in (("born", born), ("retired", retired)) if any(counts)}
     for index, (number, outside) in enumerate(zip(context.numbers, frames.outside.tolist(), strict=True)):
-        if index in jumps:
+        if born[index] or retired[index]:
+            came = [f"a body has appeared: {born[index]} centers are born for it"] if born[index] else []
+            left = [f"a body is missing: its {retired[index]} centers are retired"] if retired[index] else []
+            context.warn(f"frame {number}: {'; '.join(came + left)}")
+        elif index in jumps:
             _warn_of_jump(context, number, jumps[index])
         if outside > OUTSIDE_SHARE:
             remedy = "a higher --centers follows thin parts better"

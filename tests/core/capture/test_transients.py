@@ -3,7 +3,7 @@
 import pytest
 
 from refmesh_addon.core.capture.pieces import pieces_of
-from refmesh_addon.core.capture.transients import LASTING, transient_pieces
+from refmesh_addon.core.capture.transients import LASTING, visits
 from tests.core.shapes import ball, box, joined
 
 BODY, PROP = box((2.0, 1.2, 0.8), 4), ball(1, 0.25, (2.0, 0.0, 0.0))
@@ -11,7 +11,7 @@ ALONE, WITH = pieces_of(BODY), pieces_of(joined(BODY, PROP))
 
 
 def transients(frames):
-    return [own.tolist() for own in transient_pieces(frames)]
+    return [own.tolist() for own in visits(frames).transient]
 
 
 def test_a_piece_in_one_frame_alone_is_transient():
@@ -40,3 +40,14 @@ def test_no_frame_loses_everything():
 
 def test_a_single_frame_has_none():
     assert transients([WITH]) == [[]]
+
+
+def test_a_lasting_piece_comes_in_its_first_frame_and_leaves_in_its_last():
+    result = visits([ALONE] * 3 + [WITH] * LASTING + [ALONE] * 3)
+    assert {frame: own.tolist() for frame, own in enumerate(result.coming) if len(own)} == {3: [1]}
+    assert {frame: own.tolist() for frame, own in enumerate(result.leaving) if len(own)} == {2 + LASTING: [1]}
+
+
+def test_what_is_there_in_all_frames_neither_comes_nor_leaves():
+    result = visits([WITH] * 4)
+    assert not any(len(own) for own in result.coming + result.leaving + result.transient)
