@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import socket
 from collections.abc import Callable
@@ -19,6 +20,7 @@ from ...io.appearance import files_beside, files_read
 
 VERSIONED = ("numpy", "scipy", "trimesh", "PIL")  # packages with which the last bits of results may change
 PRESENT = ("xatlas",)  # those without which a worker would do the same work in another way
+THREADS = "OMP_NUM_THREADS"  # in the environment: sums depend on how many threads share them; jobs and Dask's nannies set it to 1
 DONE, FAILED, NO_FILES = "done", "failed", "no files"
 
 
@@ -109,8 +111,9 @@ def execute(packed: bytes) -> bytes:
 
 
 def packages() -> dict[str, str]:
-    """Version of each package that results depend on, as far as it is installed."""
+    """Version of each package that results depend on, as far as it is installed, and the number of threads."""
     versions = {name: import_module(name).__version__ for name in VERSIONED if find_spec(name)}
+    versions[THREADS] = os.environ.get(THREADS, "all cores")
     return versions | {name: "" for name in PRESENT if find_spec(name)}
 
 

@@ -18,7 +18,7 @@ from refmesh_addon.pipeline.session.job import JobSpec
 from refmesh_addon.pipeline.stages.steps import job_steps
 
 from ..conftest import FRAMES, TINY
-from ..running import finish, results
+from ..running import results
 
 
 def openjd(*arguments) -> subprocess.CompletedProcess:
@@ -59,12 +59,14 @@ def test_steps_depend_on_what_is_to_be_done(changes, names):
 
 
 def test_openjd_runs_the_job_to_the_same_bytes(two_balls, tmp_path):
+    """As one process writes that has one thread as well: sums depend on how many there are."""
     pytest.importorskip("openjd.cli")
-    finish(two_balls, tmp_path / "alone", texture="off")
     spec = JobSpec(str(two_balls), str(tmp_path / "out"), settings=Settings.from_flat({**TINY.to_flat(), "texture": "off"}))
     files = write_open_job(tmp_path / "job", spec, "two balls", len(FRAMES))
     values = {**json.loads(files[2].read_text()), "Tasks": 2}
     files[2].write_text(json.dumps(values))
+    alone = part(replace(spec, output=str(tmp_path / "alone")), tmp_path / "job", "results")
+    assert alone.returncode == 0, alone.stderr
     done = openjd("run", files[0], "-p", f"file://{files[2]}", "--step", "Write Results", "--run-dependencies")
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr
     assert results(tmp_path / "out") == results(tmp_path / "alone")

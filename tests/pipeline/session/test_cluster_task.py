@@ -76,6 +76,8 @@ def test_a_worker_without_a_package_is_named_and_one_with_another_version_noted(
     assert refused.outcome == FAILED and "the Python packages xatlas_of_old are missing there" in str(refused.value)
     noted = answer(replace(task, packages={**task.packages, "numpy": "0.1"}))
     assert noted.value == 11.0 and "in place of 0.1" in noted.note
+    threads = answer(replace(task, packages={**task.packages, "OMP_NUM_THREADS": "77"}))
+    assert "OMP_NUM_THREADS" in threads.note and "in place of 77" in threads.note
 
 
 def test_code_is_the_same_each_time_and_holds_nothing_of_blender():
