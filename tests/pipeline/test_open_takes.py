@@ -116,3 +116,15 @@ def test_a_run_may_be_as_long_as_it_holds(take, tmp_path):
     assert [number for group in groups for number in group["frames"]] == [0, 1, 2]
     assert all(group["reason"] for group in groups)
     assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.02
+
+
+def test_a_run_down_to_one_group_is_divided_where_the_view_changes(tmp_path):
+    source = tmp_path / "in"
+    source.mkdir()
+    bar = iso_surface(capsule((-1.5, 0, 0), (1.5, 0, 0), 0.5), np.zeros(3), 2.5, 0.15, np.random.default_rng(0))
+    for number, mesh in enumerate([body(0.0), body(0.05), bar, bar.moved(bar.vertices + [0.05, 0, 0])]):
+        write_ply(source / f"take_{number}.ply", CAMERA.seen(mesh, number))
+    finish(source, tmp_path / "out", segments="long", until="evaluation", **OPEN_RUN | {"group_size": 4})
+    groups = [tuple(group["frames"]) for group in report(tmp_path / "out")["groups"]]
+    assert [number for group in groups for number in group] == [0, 1, 2, 3]
+    assert any(group[0] == 2 for group in groups), "between the two shapes"
