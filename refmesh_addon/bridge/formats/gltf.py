@@ -38,7 +38,7 @@ class GlbOptions(SmallOptions):
     mbps: float = option(
         0.0, "Small files: megabits per second, from which the error follows, by the first group; 0 takes the error", low=0.0, high=1000.0
     )
-    packed: bool = option(False, "Small files: packed to a third by EXT_meshopt_compression; Blender reads it from 5.2 on")
+    packed: bool = option(False, "Small files: packed to a third by EXT_meshopt_compression; only Blender 5.2 or later can read it")
     normals: bool = option(True, "Small files: with normals where there are no colors, so that viewers shade smoothly")
     image: str = option(
         "webp",
