@@ -16,8 +16,7 @@ from refmesh_addon.core.evaluation.distances import TwoSidedDistance
 from refmesh_addon.core.evaluation.metrics import surface_distance
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
 from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
-from refmesh_addon.core.reference.cap_points import counting
-from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, place_centers
+from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, group_surface, place_centers
 from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
 from refmesh_addon.core.surfacing.hole_caps import CappedMesh, smoothly_capped
@@ -98,10 +97,9 @@ def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Refe
     tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.capped, take.positions)]
     aligned = _mapped(workers, align_frame, tasks)
     kept = [index for index, one in enumerate(aligned) if one.iou_after >= settings.least_overlap]
-    surfaces = counting([aligned[index].surface for index in kept], kept.index(group.anchor))
-    points, normals = (np.concatenate([getattr(surface, name) for surface in surfaces]) for name in ("points", "normals"))
+    surface = group_surface([aligned[index] for index in kept], kept.index(group.anchor), take.spacing)
     depth = settings.poisson_depth or reconstruction_depth(take.bodies[group.anchor], budget)
-    (built,) = _mapped(workers, build_with, [(settings.reconstruction, points, normals, take.spacing, budget, depth)])
+    (built,) = _mapped(workers, build_with, [(settings.reconstruction, surface, take.spacing, budget, depth)])
     before, after = ([getattr(one, name) for one in aligned] for name in ("iou_before", "iou_after"))
     targets = [one.targets for one in aligned]
     return Reference(built.mesh, group, targets, settings.mapping, before, after)

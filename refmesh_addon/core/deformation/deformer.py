@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import mean_edge_length
+from ..geometry.subdivision import with_short_edges
 from ..geometry.winding import Enclosed, enclosed_by, nothing_enclosed_by
 from ..latest import latest_only
 from ..reference.group import GroupCenters
@@ -21,6 +22,7 @@ from .arap import ArapSolver
 from .contact import behind_contact, possible_owners
 from .correspondence import Compatible, Correspondence
 from .facing import Facing
+from .feature_targets import FeatureTargets
 from .folds import unfolded
 from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
 from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
@@ -32,6 +34,8 @@ from .surface_samples import SurfaceSampler
 
 START_WEIGHT = 0.5  # pull of every vertex to where the centers carry it: key points are an edge or so off and must not win everywhere
 TOLERANCE = 1e-5  # share of the energy per iteration of ARAP; the surface then moves by some ten thousandths of an edge
+# In s: a triangle has one place for all of it where the bodies that it may belong to are sought, so that larger ones are divided.
+LONGEST_EDGE = 2.5
 COMPATIBLE_AFFINITY = 0.02  # of two centers above which their surfaces may be fitted to each other
 
 
@@ -42,6 +46,7 @@ class GroupReference(Keyed):
     mesh : the reference mesh of a group.  centers : what the frames of the group share.
     mapping : how frames were carried to the reference positions, "affinity" or "rbf"; the mesh goes back in the same way.
     is_open : whether frames enclose nothing, so that no point lies inside of them.
+    features : (K, 2) edges of the mesh that follow the sharp edges and rims of the frames; None for none.
     """
 
     key: str
@@ -50,6 +55,7 @@ class GroupReference(Keyed):
     settings: DeformationSettings
     mapping: str = "affinity"
     is_open: bool = False
+    features: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,7 @@ class ReferenceDeformer:
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping
         self._is_open, self._enclosed_by = reference.is_open, nothing_enclosed_by if reference.is_open else enclosed_by
+        self._features = reference.features
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
@@ -100,10 +107,11 @@ class ReferenceDeformer:
         start, rotations, owners = carrier.to(centers).vertices, carrier.rotations_to(centers), carrier.binding.owners
         handles, goals = self._matched(start, rotations, mesh)
         posed = self._posed(handles, goals, start)
+        mesh = with_short_edges(mesh, LONGEST_EDGE * self._group.spacing)
         source, enclosed = SurfaceIndex(mesh), self._enclosed_by(mesh)
         compatible = self._compatible_pairs(owners, possible_owners(mesh, centers, self._group.spacing))
         correspondence = Correspondence(source, self._sampler, compatible, enclosed, self._is_open)
-        fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds)
+        fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds, features=self._lines(mesh, compatible))
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)
         deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing, hidden(fitted.vertices)))
@@ -126,6 +134,12 @@ class ReferenceDeformer:
         return lambda vertices: behind_contact(
             self._mesh.moved(vertices), owners, centers, self._compatible, enclosed, self._group.spacing
         )
+
+    def _lines(self, mesh: TriangleMesh, compatible: Compatible) -> FeatureTargets | None:
+        """The feature lines of a frame, where the reference mesh has any."""
+        if self._features is None or not len(self._features):
+            return None
+        return FeatureTargets(self._features, mesh, self._length, compatible)
 
     def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:
         return find_keypoints(mesh, self._length, KeypointSettings() if self._search.guided else PUBLISHED_KEYPOINTS)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy import sparse
 from ..errors import RefMeshError
 from ..geometry.self_intersection import crossing_triangles
 from ..settings import ReferenceSettings
+from ..surfacing.feature_paths import with_feature_edges
 from ..surfacing.hole_caps import CappedMesh
 from ..surfacing.reconstruction import screened_poisson
 from ..surfacing.remeshing import remeshed
@@ -19,7 +20,8 @@ from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
 from .alignment import align
 from .anchor_frame import AnchorFrame
-from .cap_points import HoleFinder, OrientedPoints
+from .cap_points import HoleFinder, OrientedPoints, counting
+from .frame_features import FrameFeatures, frame_features, shared_features
 from .mapping import FrameMap
 from .oriented_points import oriented_points
 from .reference_centers import reference_centers
@@ -47,21 +49,35 @@ class AlignedFrame(FrozenArrays):
     """A frame carried to the reference positions.
 
     targets : (C, 3) the frame's own reference centers.  surface : points on its surface, with those on caps.
-    iou_before, iou_after : overlap with the anchor frame, before and after alignment, 0 to 1.
+    iou_before, iou_after : overlap with the anchor frame, before and after alignment, 0 to 1.  features : its sharp edges and rims.
     """
 
     targets: Annotated[np.ndarray, "(C, 3) float64"]
     surface: OrientedPoints
     iou_before: float
     iou_after: float
+    features: FrameFeatures
 
 
 @dataclass(frozen=True)
-class ReferenceMesh:
-    """The reference mesh of a group.  self_intersections : triangles that cross another one."""
+class GroupSurface(FrozenArrays):
+    """What the frames of a group show, in reference positions.  points, normals : (P, 3).  features : lines that they share."""
+
+    points: Annotated[np.ndarray, "(P, 3) float64"]
+    normals: Annotated[np.ndarray, "(P, 3) float64"]
+    features: FrameFeatures
+
+
+@dataclass(frozen=True)
+class ReferenceMesh(FrozenArrays):
+    """The reference mesh of a group.  self_intersections : triangles that cross another one.
+
+    features : (K, 2) edges of the mesh on the sharp edges and rims of the capture.
+    """
 
     mesh: TriangleMesh
     self_intersections: int
+    features: Annotated[np.ndarray, "(K, 2) int32"] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
 
 
 def place_centers(
@@ -114,7 +130,22 @@ def align_frame(
     aligned = align(frame, group.positions, anchor, settings.alignment_steps)
     points, normals, triangles = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
     surface = anchor.holes.counted(points, normals, body.holes[triangles] >= 0)
-    return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after)
+    return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after, frame_features(frame, aligned.mesh, aligned.whole))
+
+
+def group_surface(frames: Sequence[AlignedFrame], anchor: int, spacing: float) -> GroupSurface:
+    """What counts of the aligned frames of a group.  anchor : index of the anchor frame among them.  spacing : s, scene units."""
+    surfaces = counting([frame.surface for frame in frames], anchor)
+    points, normals = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals"))
+    return GroupSurface(points, normals, shared_features([frame.features for frame in frames], anchor, spacing))
+
+
+def with_features(reference: ReferenceMesh, features: FrameFeatures) -> ReferenceMesh:
+    """The reference mesh with edges along the features of its group."""
+    if not len(features.edges):
+        return reference
+    laid = with_feature_edges(reference.mesh, features.mesh, features.edges)
+    return ReferenceMesh(laid.mesh, int(crossing_triangles(laid.mesh).sum()), laid.features)
 
 
 def build_reference(

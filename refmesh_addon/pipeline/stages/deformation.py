@@ -26,7 +26,7 @@ from .reference import References
 from .tracking_result import TrackingResult
 from .transients import GroupTransients
 
-DEFORMATION_SCHEMA = 12
+DEFORMATION_SCHEMA = 14
 SMOOTHING_SCHEMA = 2
 BLOCK = 10  # frames of a run that are smoothed together
 # Parts of the stage's time, roughly.
@@ -173,10 +173,9 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
     settings = replace(context.settings.deformation, steady_frames=0)
 
     def arguments() -> tuple:
-        mesh, centers = references.meshes[group.index].mesh, references.centers[group.index]
-        shared = GroupReference(
-            group.key, mesh, centers, settings, context.settings.reference.mapping, is_open=context.frames.kind == OPEN
-        )
+        reference, centers = references.meshes[group.index], references.centers[group.index]
+        mapping, is_open = context.settings.reference.mapping, context.frames.kind == OPEN
+        shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, reference.features)
         targets = references.aligned[group.index, frame].targets
         return shared, targets, context.frames.surface(frame), tracking.centers_in((group.frames[0], frame))[1]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...core.geometry.closest_point import SurfaceIndex
-from ...core.reference.group import ReferenceMesh, build_reference
+from ...core.reference.group import GroupSurface, ReferenceMesh, build_reference, with_features
 from ...core.surfacing.edge_flips import regularized
 from ...core.surfacing.reconstruction import screened_poisson
 from ...core.types import TriangleMesh
@@ -32,6 +32,7 @@ def check_available(name: str) -> None:
         meshlab.check_installed()
 
 
-def build_with(name: str, points: np.ndarray, normals: np.ndarray, spacing: float, triangles: int, depth: int) -> ReferenceMesh:
-    """`build_reference` by one of RECONSTRUCTIONS."""
-    return build_reference(points, normals, spacing, triangles, depth, RECONSTRUCTIONS[name])
+def build_with(name: str, surface: GroupSurface, spacing: float, triangles: int, depth: int) -> ReferenceMesh:
+    """`build_reference` by one of RECONSTRUCTIONS, with the features of the surface as edges."""
+    reference = build_reference(surface.points, surface.normals, spacing, triangles, depth, RECONSTRUCTIONS[name])
+    return with_features(reference, surface.features)

@@ -19,6 +19,7 @@ from ...core.reference.group import (
     ReferenceMesh,
     align_frame,
     anchor_frame,
+    group_surface,
     place_centers,
 )
 from ...core.reference.own_mesh import carried_to_reference, placed_in_reference
@@ -39,7 +40,7 @@ from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
-REFERENCE_SCHEMA = 11
+REFERENCE_SCHEMA = 13
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
@@ -206,11 +207,12 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
             return settings.reconstruction, union, centers.spacing, 2 * triangles if is_open else triangles, depth, is_open
         frames = [groups.aligned[group.index, frame] for frame in group.frames]
         kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
-        surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
-        points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
         if settings.holes == "open":
+            surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
+            points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
             return settings.reconstruction, UnionPoints(points, normals, ~on_cap), centers.spacing, triangles, depth, True
-        return settings.reconstruction, points, normals, centers.spacing, triangles, depth
+        surface = group_surface([frames[index] for index in kept], kept.index(centers.anchor), centers.spacing)
+        return settings.reconstruction, surface, centers.spacing, triangles, depth
 
     return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
 

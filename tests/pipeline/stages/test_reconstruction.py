@@ -5,12 +5,20 @@ import pytest
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.mesh import is_watertight, sample_surface, triangle_normals
+from refmesh_addon.core.reference.frame_features import FrameFeatures
+from refmesh_addon.core.reference.group import GroupSurface
 from refmesh_addon.core.settings import ReferenceSettings
+from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.pipeline.stages import meshlab
 from refmesh_addon.pipeline.stages.reconstruction import RECONSTRUCTIONS, build_with
 
 from ...core.shapes import ball
 from ..running import finish, report
+
+
+def surface(points, normals):
+    return GroupSurface(points, normals, FrameFeatures(TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3))), np.zeros((0, 2), dtype=np.int32)))
+
 
 
 @pytest.fixture
@@ -29,7 +37,7 @@ def test_a_ball_is_closed_and_round(name):
         pytest.importorskip(name)
     sphere = ball(4, 2.0, (10.0, 0.0, 0.0))
     points, owners = sample_surface(sphere, 6000, np.random.default_rng(0))
-    built = build_with(name, points, triangle_normals(sphere)[owners], 0.5, 2000, 6)
+    built = build_with(name, surface(points, triangle_normals(sphere)[owners]), 0.5, 2000, 6)
     radii = np.linalg.norm(built.mesh.vertices - [10.0, 0.0, 0.0], axis=1)
     assert is_watertight(built.mesh) and built.self_intersections == 0
     assert len(built.mesh.triangles) == pytest.approx(2000, rel=0.01)
@@ -46,7 +54,7 @@ def test_the_same_points_give_the_same_bytes():
 
 def test_a_missing_package_is_refused_with_what_to_do(without_pymeshlab):
     with pytest.raises(RefMeshError, match=r"'pymeshlab' is not installed; install .* or take --reconstruction builtin"):
-        build_with("pymeshlab", np.zeros((4, 3)), np.ones((4, 3)), 1.0, 100, 5)
+        build_with("pymeshlab", surface(np.zeros((4, 3)), np.ones((4, 3))), 1.0, 100, 5)
 
 
 def test_a_job_is_refused_before_anything_is_tracked(two_balls, tmp_path, without_pymeshlab):
