@@ -32,6 +32,8 @@ class GroupReport:
     frames : numbers.  anchor : number.  reference, playback : paths relative to the output folder; playback is None until
     the group is deformed.  visibility : path of the picture that says which vertices each frame shows; None for closed takes.
     iou_before, iou_after : the worst frame's IoU with the anchor, before and after alignment;
+    symmetric_bodies : middles of bodies of the mesh that are nearly rotationally symmetric, scene units: their spin does not show in the
+    volume, so it is not followed.
     frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
     layout : path of the texture layout, texture : of the steady texture; layout_source : "own", "xatlas" or "projected";
     layout_charts, layout_stretch (1 is none), layout_area : figures of the layout; all None without color.
@@ -62,6 +64,7 @@ class GroupReport:
     layout_charts: int | None = None
     layout_stretch: float | None = None
     layout_area: float | None = None
+    symmetric_bodies: tuple[tuple[float, ...], ...] = ()
     reason: str | None = None
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...core.evaluation.rotational_symmetry import symmetric_bodies
 from ...core.geometry.mesh import is_watertight, vertex_components
 from ...core.reference.budget import MAX_TRIANGLES, is_capped
 from ...io.files import output_folder
@@ -57,6 +58,7 @@ def _group_report(context: Context, references: References, group: FrameGroup) -
         components=vertex_components(reference.mesh)[0],
         watertight=is_watertight(reference.mesh),
         self_intersections=reference.self_intersections,
+        symmetric_bodies=tuple(map(tuple, symmetric_bodies(reference.mesh).tolist())),
         stress=centers.stress,
         iou_before=min(before),
         iou_after=min(after),
