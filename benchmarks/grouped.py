@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
+from refmesh_addon.core.capture.resolution import needed_triangles
 from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer
 from refmesh_addon.core.evaluation.distances import TwoSidedDistance
 from refmesh_addon.core.evaluation.metrics import surface_distance
@@ -91,7 +92,8 @@ class Reference:
 def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Reference:
     """Ours, or with other settings the paper's: what the reference stage makes of all frames of the take as one group."""
     group = place_centers(take.positions, take.affinity, take.spacing, settings)
-    budget = triangle_budget(settings.triangles, [len(mesh.triangles) for mesh in take.meshes])
+    needed = [needed_triangles(mesh) for mesh in take.meshes]
+    budget = triangle_budget(settings.triangles, [len(mesh.triangles) for mesh in take.meshes], needed)
     count = points_per_frame(budget, len(take.meshes))
     mapped = anchor_frame(take.capped[group.anchor], take.positions[group.anchor], group, settings)
     tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.capped, take.positions)]

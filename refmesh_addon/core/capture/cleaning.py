@@ -13,6 +13,7 @@ from ..geometry.mesh import area_vectors, merged, signed_volume, triangle_areas
 from ..types import TriangleMesh
 from .openness import LARGEST_CAPPED, capped_share, compactness, compactness_of_pieces
 from .orientation import flipped_patches, inside_out_bodies, reoriented
+from .resolution import needed_triangles
 from .seams import stitched
 from .sheet_orientation import turned_pieces
 from .strays import without_strays
@@ -24,7 +25,7 @@ class MeshStatistics:
     volume : enclosed with holes capped, scene units cubed.  open_edges : edges with a triangle on one side only.
     inward : share of the area that faced inward.  capped : share of the closed surface that caps holes.
     compactness, of_pieces : of the closed surface, and the mean of its connected pieces, see `openness`.
-    area : of the surface, scene units squared.
+    area : of the surface, scene units squared.  needed_triangles : that a mesh of its shape needs, see `resolution`.
     strays : triangles left out because they are far from everything else.  stray_place : (3,) of the first of them, empty without.
     All but `vertices` and `strays` are without these.
     """
@@ -38,6 +39,7 @@ class MeshStatistics:
     compactness: float
     of_pieces: float
     area: float
+    needed_triangles: int
     strays: int
     stray_place: tuple[float, ...]
 
@@ -78,6 +80,7 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
         compactness=compactness(closed, volume),
         of_pieces=compactness_of_pieces(closed),
         area=float(areas.sum()),
+        needed_triangles=needed_triangles(outward),
         strays=len(strays),
         stray_place=tuple(joined.vertices[joined.triangles[strays[:1]]].mean(axis=1).ravel().tolist()),
     )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-# Fewest triangles where no number is requested: a coarse capture spends its few where its surface curves, in each frame elsewhere, and a
-# mesh that has to fit all frames cannot. Its fit of a ball stays rippled with a sixth of these; two thirds of them miss a body
-# captured with 4,000 triangles by 0.016 % of its diagonal in the mean, these by 0.013 %.
+# Fewest triangles where no number is requested and the surface is curved: a coarse capture spends its few where its surface curves, in each
+# frame elsewhere, and a mesh that has to fit all frames cannot. Its fit of a ball stays rippled with a sixth of these; two thirds of them
+# miss a body captured with 4,000 triangles by 0.016 % of its diagonal in the mean, these by 0.013 %.
 MIN_TRIANGLES = 30_000
 # Most triangles where no number is asked for. The factors of a mesh grow faster than the mesh, and every helper holds those of one group.
 # The fit pulls all of them onto the whole surface of each frame; finer detail of a capture is left to its textures.
@@ -15,9 +15,13 @@ POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each tri
 MIN_POINTS = 6000  # of a whole group, however few triangles: enough for the coarsest reconstruction
 
 
-def triangle_budget(requested: int, captured: list[int]) -> int:
-    """Triangles of a reference mesh: as requested, or for 0 the median of those of its frames, from MIN_TRIANGLES to MAX_TRIANGLES."""
-    return requested or min(max(int(np.median(captured)), MIN_TRIANGLES), MAX_TRIANGLES)
+def triangle_budget(requested: int, captured: list[int], needed: list[int]) -> int:
+    """Triangles of a reference mesh: as requested, or for 0 the median of those of its frames, from MIN_TRIANGLES to MAX_TRIANGLES.
+
+    needed : triangles that the shape of each frame needs, as `needed_triangles` gives them. Where MIN_TRIANGLES are more than that,
+    as on bodies with flat faces, these are enough.
+    """
+    return requested or min(max(int(np.median(captured)), min(MIN_TRIANGLES, int(np.median(needed)))), MAX_TRIANGLES)
 
 
 def is_capped(requested: int, captured: list[int]) -> bool:

@@ -69,7 +69,8 @@ class Context(Session):
         cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
         session = Session(output, cache, workers, notify, part=part)
         frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report, spec.settings.tracking.surface)
-        reference = triangle_budget(spec.settings.reference.triangles, frames.counts)
+        needed = [one.needed_triangles for one in frames.statistics]
+        reference = triangle_budget(spec.settings.reference.triangles, frames.counts, needed)
         if workers.fit_memory(task_bytes(max(frames.counts), reference)):
             # Not for the report, which is the same on every machine.
             warn(f"only {workers.count} processes work at a time, as more would not fit the memory")

@@ -235,4 +235,6 @@ def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, fra
 
 
 def _budget(context: Context, group: FrameGroup) -> int:
-    return triangle_budget(context.settings.reference.triangles, [context.frames.counts[frame] for frame in group.frames])
+    frames = context.frames
+    needed = [frames.statistics[frame].needed_triangles for frame in group.frames]
+    return triangle_budget(context.settings.reference.triangles, [frames.counts[frame] for frame in group.frames], needed)

@@ -30,15 +30,18 @@ def test_depth_leaves_more_cells_on_the_surface_than_the_budget_but_not_many_mor
 
 
 @pytest.mark.parametrize(
-    "requested, captured, expected, capped",
+    "requested, captured, needed, expected, capped",
     [
-        (0, [30_000, 50_000, 40_000], 40_000, False),
-        (0, [600], MIN_TRIANGLES, False),
-        (600, [9], 600, False),
-        (0, [630_000], MAX_TRIANGLES, True),
-        (630_000, [630_000], 630_000, False),
+        (0, [30_000, 50_000, 40_000], [90_000] * 3, 40_000, False),
+        (0, [30_000, 50_000, 40_000], [3000] * 3, 40_000, False),
+        (0, [600], [90_000], MIN_TRIANGLES, False),
+        (0, [600], [3000], 3000, False),
+        (0, [600], [90], 600, False),
+        (600, [9], [90_000], 600, False),
+        (0, [630_000], [90_000], MAX_TRIANGLES, True),
+        (630_000, [630_000], [90_000], 630_000, False),
     ],
 )
-def test_triangles_are_as_many_as_requested_or_as_captured_but_enough_to_fit(requested, captured, expected, capped):
-    assert triangle_budget(requested, captured) == expected
+def test_triangles_are_as_many_as_requested_or_as_captured_but_enough_to_fit(requested, captured, needed, expected, capped):
+    assert triangle_budget(requested, captured, needed) == expected
     assert is_capped(requested, captured) == capped
