@@ -23,7 +23,7 @@ def minimal_triangulation(corners: np.ndarray, barred: np.ndarray | None = None)
     Raises ValueError for fewer than three corners.
 
     >>> minimal_triangulation(np.array([[0.0, 0, 0], [1, 0, 0], [0.2, 0.2, 0], [0, 1, 0]])).tolist()
-    [[0, 1, 2], [0, 2, 3]]
+    [[0, 2, 3], [0, 1, 2]]
     """
     count = len(corners)
     if count < 3:
