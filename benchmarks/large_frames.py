@@ -18,7 +18,8 @@ import trimesh
 
 from benchmarks.frames import CACHE, frames_folder
 from benchmarks.memory import processor_seconds, run_worker
-from refmesh_addon.core.settings import PRESETS, STAGES, Settings
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import STAGES, Settings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.ply import write_ply

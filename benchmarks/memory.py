@@ -34,7 +34,7 @@ SEQUENCE = "bar"
 MESHES = (".ply", ".obj", ".glb", ".stl", ".off")
 # Little work for each frame; the number of triangles alone decides how much is made of it.
 FAST = {"alignment_steps": 1, "poisson_depth": 6, "arap_iterations": 1, "fit_rounds": 1, "samples": 500}
-SMALLEST = 32 * 2**20  # bytes; processes below are helpers of Python, not workers
+SMALLEST = 32 * 2**20  # bytes; smaller processes belong to Python itself, not to the pool
 POLL = 0.1  # seconds between two readings; each process states its own peak, so only its last moments may be missed
 
 

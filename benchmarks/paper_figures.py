@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.settings import PRESETS, Settings, TrackingSettings
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import Settings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.parallel import Workers

@@ -17,7 +17,8 @@ from distributed import Client, get_task_stream
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 from benchmarks.frames import frames_folder  # noqa: E402
-from refmesh_addon.core.settings import PRESETS, Settings  # noqa: E402
+from refmesh_addon.core.presets import PRESETS  # noqa: E402
+from refmesh_addon.core.settings import Settings  # noqa: E402
 from refmesh_addon.pipeline.run import run  # noqa: E402
 from refmesh_addon.pipeline.session.job import JobSpec  # noqa: E402
 

@@ -1,13 +1,12 @@
 """Every setting once: default, range, unit and help text. Panel, command line and pipeline are made from this.
 
-No setting is a length: radii are multiples of the center spacing s = (enclosed volume / C)^(1/3), of the mean edge
-length, or shares of the bounding-box diagonal, so that scaling the input scales the result and nothing else.
+No setting is a length, so that scaling the input scales the result and nothing else: radii are multiples of the mean edge length or of
+the center spacing s = (enclosed volume / C)^(1/3), or shares of the bounding-box diagonal.
 """
 
 from __future__ import annotations
 
-from dataclasses import Field, asdict, dataclass, fields
-from typing import Any
+from dataclasses import asdict, dataclass, fields
 
 from .errors import RefMeshError
 from .options import StageSettings, check_value, option
@@ -273,8 +272,9 @@ class Settings:
             check_value(known[name], value)
         stages = {}
         for stage in fields(cls):
-            names = {item.name for item in fields(_stage_type(stage))}
-            stages[stage.name] = _stage_type(stage)(**{name: value for name, value in values.items() if name in names})
+            kind = type(getattr(cls, stage.name))
+            names = {item.name for item in fields(kind)}
+            stages[stage.name] = kind(**{name: value for name, value in values.items() if name in names})
         return cls(**stages)
 
 
@@ -283,7 +283,7 @@ STAGES = tuple(stage.name for stage in fields(Settings))  # in the order in whic
 
 def flat_fields() -> list:
     """The dataclass fields of all stages in order, as the panel and the command line show them."""
-    return [item for stage in fields(Settings) for item in fields(_stage_type(stage))]
+    return [item for stage in STAGES for item in fields(getattr(Settings, stage))]
 
 
 def setting_names(stage: str) -> list[str]:
@@ -294,26 +294,3 @@ def setting_names(stage: str) -> list[str]:
 def choices_of(name: str) -> tuple[str, ...]:
     """The known values of a setting that chooses between named variants."""
     return next(tuple(item.metadata["choices"]) for item in flat_fields() if item.name == name)
-
-
-def _stage_type(stage: Field) -> Any:
-    """The dataclass of one stage."""
-    return type(stage.default)
-
-
-PRESET_TITLES = {"draft": "Quick Look", "standard": "Standard", "paper": "Published Method"}  # as the panel shows them
-EDITS = ("group_starts", "mesh", "mesh_frame", "apart")  # notes of the user on one sequence, which no preset changes
-# What each preset changes; everything else keeps its default.
-PRESETS: dict[str, dict[str, object]] = {
-    "draft": {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000},
-    "standard": {},
-    "paper": {
-        "segments": "groups",
-        "resolution": 512,
-        "mapping": "rbf",
-        "reconstruction": "pymeshlab",
-        "keypoint_search": "unlimited",
-        "fit_rounds": 0,
-        "steady_frames": 0,
-    },
-}

@@ -3,7 +3,8 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..core.settings import EDITS, PRESET_TITLES, Settings, flat_fields
+from ..core.presets import EDITS, PRESET_TITLES
+from ..core.settings import Settings, flat_fields
 from ..pipeline.process.presets import preset_settings, preset_warning
 from ..properties.selection import sequence_object
 from ..properties.settings import RefMeshSettings, plain_value

@@ -7,7 +7,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..core.options import label_of, value_label
-from ..core.settings import EDITS, PRESETS, Settings, flat_fields
+from ..core.presets import EDITS, PRESETS
+from ..core.settings import Settings, flat_fields
 from ..pipeline.process.presets import preset_settings
 
 AUTOMATIC = "0 (auto)"  # in the help of a setting; the panel has a button for it

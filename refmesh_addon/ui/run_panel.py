@@ -4,7 +4,7 @@ import bpy
 
 from ..bridge.results.missing import linked_note
 from ..bridge.results.status import first_to_run
-from ..core.settings import PRESET_TITLES
+from ..core.presets import PRESET_TITLES
 from ..properties.selection import sequence_object
 from .first_start import missing_essentials
 from .layout import RefMeshPanel, draw_wrapped

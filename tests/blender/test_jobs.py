@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from refmesh_addon.core.settings import PRESETS, Settings
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import Settings
 from refmesh_addon.operators.progress import Clock, minutes, stage_and_frame
 from refmesh_addon.operators.settings import chosen_settings, settings_warnings
 from refmesh_addon.pipeline.process import presets

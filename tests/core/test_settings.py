@@ -6,7 +6,8 @@ from dataclasses import fields, replace
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.core.settings import PRESETS, Settings, choices_of, flat_fields
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import Settings, choices_of, flat_fields
 
 
 def test_flat_table_and_back():

@@ -12,7 +12,8 @@ import bpy
 import numpy as np
 import pytest
 
-from refmesh_addon.core.settings import PRESETS, flat_fields
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import flat_fields
 from refmesh_addon.io.ply import read_surface
 
 ROOT = Path(__file__).resolve().parents[2]

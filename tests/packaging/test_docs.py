@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from refmesh_addon.core.settings import PRESETS, flat_fields
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import flat_fields
 
 ROOT = Path(__file__).resolve().parents[2]
 PANEL_PAGES = sorted(ROOT.glob("docs/panel/*.md"))

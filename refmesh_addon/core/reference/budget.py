@@ -8,8 +8,8 @@ import numpy as np
 # frame elsewhere, and a mesh that has to fit all frames cannot. Its fit of a ball stays rippled with a sixth of these; two thirds of them
 # miss a body captured with 4,000 triangles by 0.016 % of its diagonal in the mean, these by 0.013 %.
 MIN_TRIANGLES = 30_000
-# Most triangles where no number is asked for. The factors of a mesh grow faster than the mesh, and every helper holds those of one group.
-# The fit pulls all of them onto the whole surface of each frame; finer detail of a capture is left to its textures.
+# Most triangles where no number is requested. The factors of a mesh grow faster than the mesh, and every worker process holds those of
+# one group. The fit pulls all of them onto the whole surface of each frame; finer detail of a capture is left to its textures.
 MAX_TRIANGLES = 150_000
 POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each triangle of the budget
 MIN_POINTS = 6000  # of a whole group, however few triangles: enough for the coarsest reconstruction

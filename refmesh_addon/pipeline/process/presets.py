@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from importlib.util import find_spec
 
-from ...core.settings import PRESETS, Settings
+from ...core.presets import PRESETS
+from ...core.settings import Settings
 
 REFERENCE_IMPLEMENTATION = "pymeshlab"  # name of the package, and of the choice of --reconstruction that needs it
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from refmesh_addon.core.settings import PRESETS, Settings
+from refmesh_addon.core.presets import PRESETS
+from refmesh_addon.core.settings import Settings
 from refmesh_addon.pipeline.process import presets
 from refmesh_addon.pipeline.process.presets import preset_settings, preset_warning
 
