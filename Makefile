@@ -59,7 +59,7 @@ samples: environment
 	$(RUN) -m sample_scenes.textured_grasp.generate
 
 ## make pictures   draw the pictures in docs/pictures again
-pictures: environment
+pictures: demo
 	$(RUN) docs/make_pictures.py
 
 ## make pages      write the pages of the panel in docs/panel as HTML again

@@ -2,7 +2,7 @@
 
 The sample is run with the standard settings, in build/pictures; a run that is there is taken up. Every frame is then drawn as
 four actors on one line: the input, the centers, the reference mesh of the frame's group, and the deformed mesh. The map of
-rooms is drawn as well.
+rooms is drawn as well, and the preview of `make demo` is made smaller.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from refmesh_addon.io.report import read_report  # noqa: E402
 SAMPLE = ROOT / "sample_scenes" / "grasp" / "frames"
 PICTURES = ROOT / "docs" / "pictures"
 WORK = ROOT / "build" / "pictures"
+DEMO = ROOT / "build" / "demo" / "preview.png"
 RESULT_COLOR = (0.10, 0.32, 0.60, 1.0)
 TITLES = (
     "input: a different mesh in every frame",
@@ -61,6 +62,7 @@ def main() -> None:
     boxes = [(np.min([v.min(axis=0) for v in column], axis=0), np.max([v.max(axis=0) for v in column], axis=0)) for column in columns]
     pictures = [draw(row, boxes, WORK / f"frame_{frame['number']}.png") for row, frame in zip(rows, report["frames"])]
     write_pictures([Image.open(picture).convert("RGB") for picture in pictures])
+    write_demo()
 
 
 def write_pictures(frames: list[Image.Image]) -> None:
@@ -70,6 +72,13 @@ def write_pictures(frames: list[Image.Image]) -> None:
     frames[len(frames) // 2].save(PICTURES / "sample.jpg", quality=QUALITY, optimize=True)
     for picture in sorted(PICTURES.glob("sample.*")):
         print(f"{picture.relative_to(ROOT)}  {picture.stat().st_size / 1000:.0f} kB")
+
+
+def write_demo() -> None:
+    """The textured sample as `make demo` shows it: source, reference mesh, and the result by its error and in its colors."""
+    preview = Image.open(DEMO).convert("RGB")
+    size = WIDTH, round(WIDTH * preview.height / preview.width)
+    preview.resize(size, Image.Resampling.LANCZOS).save(PICTURES / "demo.jpg", quality=QUALITY, optimize=True)
 
 
 def actors(out: Path, report: dict, frame: dict, index: int) -> list[tuple]:

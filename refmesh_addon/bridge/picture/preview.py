@@ -20,9 +20,10 @@ from ...io.report import read_report
 from ...io.result_arrays import read_layout
 from ..results.heat_map import read_error_colors
 from ..results.textures import load_image
-from ..scene.materials import REFERENCE_COLOR, SOURCE_COLOR, attribute_material, image_material, plain_material
+from ..scene.materials import REFERENCE_COLOR, attribute_material, image_material, plain_material
 from ..scene.meshes import COLOR_NAME, fill_mesh, read_positions, set_colors, set_uvs
-from ..sequence.raw_sequence import frame_at, read_frame
+from ..sequence.raw_sequence import captured_colors, frame_at, read_frame
+from ..sequence.source_colors import plain_source, show_colors
 from .studio import add, draw_bar, render, studio, write
 
 # Camera rotation: from the front, a little from the side and from above.
@@ -34,7 +35,7 @@ PLAIN_COLOR = (0.55, 0.56, 0.58, 1.0)  # a deformed mesh without error colors
 
 def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, target: Path, width: int) -> None:
     """Writes a PNG, `width` pixels wide, of the frame shown at `scene_frame`: source, reference mesh of its group, deformed mesh,
-    and this with captured and steady colors where there are textures.
+    and this with captured and steady colors where there are textures. The source has its colors where the scene shows them.
 
     Raises RefMeshError when there are no results for the frame, or the picture cannot be written.
     """
@@ -45,7 +46,7 @@ def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, tar
     with studio() as scene:
         labels = [f"source, frame {frame.name}", f"reference of group {group['index']}"]
         actors = [
-            _actor(scene, read_frame(bpy.path.abspath(frame.path), results), plain_material("RefMesh Source", SOURCE_COLOR)),
+            _source(scene, Path(bpy.path.abspath(frame.path)), results, owner.refmesh.source_colors),
             _actor(scene, read_surface(results / group["reference"]), plain_material("RefMesh Reference", REFERENCE_COLOR)),
         ]
         if deformed:
@@ -74,6 +75,13 @@ def _actor(scene: bpy.types.Scene, mesh: TriangleMesh | PreviewMesh, material: b
     fill_mesh(data, mesh if isinstance(mesh, PreviewMesh) else PreviewMesh.of(mesh))
     data.materials.append(material)
     return add(scene, "RefMesh preview", data)
+
+
+def _source(scene: bpy.types.Scene, path: Path, results: Path, colored: bool) -> bpy.types.Object:
+    """The captured mesh, in its own colors or plain."""
+    actor = _actor(scene, read_frame(path, results), plain_source())
+    show_colors(actor, captured_colors(path) if colored else None)
+    return actor
 
 
 def _read_colored(scene: bpy.types.Scene, path: Path) -> bpy.types.Object:

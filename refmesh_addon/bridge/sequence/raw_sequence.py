@@ -69,13 +69,13 @@ def new_sequence(
         item.name, item.path, item.scene_frame = str(frame.number), stored_path(frame.path), timeline_frame(sequence, frame.number)
     fill_mesh(owner.data, first)
     owner.refmesh.shown = owner.refmesh.frames[0].name
-    colors = _colors(sequence.frames[0].path)
+    colors = captured_colors(sequence.frames[0].path)
     owner.refmesh.source_colors = colors is not None
     show_colors(owner, colors)
     return owner
 
 
-def _colors(path: Path) -> SourceColors | None:
+def captured_colors(path: Path) -> SourceColors | None:
     """Colors of a frame; None where it has none, and where they cannot be read: its shape is shown all the same."""
     if frame_format(path).parse_appearance is None:
         return None
@@ -109,7 +109,7 @@ def show_frame(owner: bpy.types.Object, scene_frame: int) -> None:
 
 def color_frame(owner: bpy.types.Object, path: Path) -> None:
     """Shows the frame in `owner`, of the file `path`, in its colors, or plain, as `owner.refmesh.source_colors` says."""
-    show_colors(owner, _colors(path) if owner.refmesh.source_colors else None)
+    show_colors(owner, captured_colors(path) if owner.refmesh.source_colors else None)
 
 
 def color_shown_frame(owner: bpy.types.Object) -> None:
