@@ -12,7 +12,7 @@ import numpy as np
 
 from ..geometry.mesh import normalized, vertex_areas, vertex_normals
 from ..types import FrozenArrays, TriangleMesh
-from .thrifty_rounding import thrifty_rounded
+from .rate_distortion_rounding import rate_distortion_rounded
 
 UNITS = (1.4, 2.0, 2.6, 3.2)  # of whole numbers, in errors; rounding to a unit of 3.2 leaves little of it to the courses left out
 
@@ -81,7 +81,7 @@ def morph_targets(courses: Courses, unit: float, count: int) -> MorphTargets:
     origin = base.min(axis=0)
     exact = np.concatenate([(base - origin)[None], spread[:, None, None] * shapes]) / unit
     between = (weights - low) / spread
-    whole = thrifty_rounded(exact, np.column_stack([np.ones(len(between)), between]), courses.normals).astype(np.int64)
+    whole = rate_distortion_rounded(exact, np.column_stack([np.ones(len(between)), between]), courses.normals).astype(np.int64)
     start = whole[0].min(axis=0)
     rough = MorphTargets(whole[0] - start, whole[1:], between, origin + unit * start, unit, 0.0)
     return replace(rough, error=courses.error(rough.frames()))

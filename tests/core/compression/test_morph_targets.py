@@ -70,7 +70,7 @@ def test_the_error_is_that_along_the_normals():
     assert model.error == pytest.approx(rms_along_normals(model.frames(), frames, BALL.triangles), rel=1e-12)
 
 
-def test_thrifty_rounding_costs_fewer_bits_at_the_same_error():
+def test_rate_distortion_rounding_costs_fewer_bits_at_the_same_error():
     frames = swinging(8) + 0.01 * np.sin(9 * swinging(8))
     courses = Courses.of(frames, BALL.triangles)
     model = morph_targets(courses, 0.02, 4)

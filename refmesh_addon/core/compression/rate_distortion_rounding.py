@@ -1,4 +1,4 @@
-"""Whole numbers that are close where it counts and cheap where it does not.
+"""Rounding by rate and distortion: to the integers of the least squared error plus the worth of their bits.
 
 A base shape and its morph targets are rounded one after the other, and each vertex after the one before it, from which it will be coded
 as a difference. What counts is the distance along the normals of the frames: along the surface a vertex may take the integer whose
@@ -20,7 +20,7 @@ CHAIN = 64  # vertices that are rounded one after another; all chains at once, a
 NEIGHBORS = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))  # integers around the best one
 
 
-def thrifty_rounded(shapes: np.ndarray, weights: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def rate_distortion_rounded(shapes: np.ndarray, weights: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """(K, V, 3) whole numbers in float64 for the shapes whose weighted sums are the frames.
 
     shapes : (K, V, 3) in steps, vertices in the order in which they are coded.  weights : (F, K).  normals : (F, V, 3) unit vectors.
