@@ -38,9 +38,9 @@ def without_strays(mesh: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
 
 def stray_note(count: int, place: tuple[float, ...]) -> str:
     """What is said about stray triangles.  place : (3,) of the first of them."""
-    found = "1 stray triangle is" if count == 1 else f"{count} stray triangles are"
+    strays = "1 stray triangle is" if count == 1 else f"{count} stray triangles are"
     near = ", ".join(f"{value:.4g}" for value in place)
-    return f"{found} far from everything else, near ({near}), and left out"
+    return f"{strays} far from everything else, near ({near}), and left out"
 
 
 def _far_components(mesh: TriangleMesh, component: np.ndarray, count: int) -> np.ndarray:

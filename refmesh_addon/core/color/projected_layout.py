@@ -8,10 +8,9 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..errors import RefMeshError
+from ..geometry.graph import connected_components
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import triangle_normals
 from ..geometry.vectors import normalized
@@ -41,8 +40,7 @@ def _connected(mesh: TriangleMesh, facing: np.ndarray) -> np.ndarray:
     """(T,) chart of each triangle: neighbors that face the same direction share one."""
     one, other = (HalfEdges.of(mesh).pairs // 3).T
     same = facing[one] == facing[other]
-    links = sparse.coo_matrix((np.ones(same.sum()), (one[same], other[same])), shape=(len(facing),) * 2)
-    return csgraph.connected_components(links, directed=False)[1]
+    return connected_components(np.column_stack([one, other])[same], len(facing))[1]
 
 
 def _seen_along(points: np.ndarray, directions: np.ndarray) -> np.ndarray:

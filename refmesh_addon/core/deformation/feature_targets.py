@@ -30,9 +30,9 @@ class FeatureTargets:
         length : mean edge length of the reference mesh, scene units.  compatible : of its vertices and the frame's triangles.
         """
         closed = smoothly_capped(mesh).mesh
-        found = feature_edges(closed)
-        triangles = found.triangles.min(axis=1)  # those of the capture come before those of caps
-        edges = found.edges[triangles < len(mesh.triangles)]
+        lines = feature_edges(closed)
+        triangles = lines.triangles.min(axis=1)  # those of the capture come before those of caps
+        edges = lines.edges[triangles < len(mesh.triangles)]
         self._length, self._compatible = length, compatible
         self._vertices, places = np.unique(features, return_inverse=True)
         self._places = places.reshape(-1, 2)

@@ -41,7 +41,7 @@ def shown_vertices(deformed: TriangleMesh, source: TriangleMesh) -> VisibleVerti
     visibility = _shown(index, deformed, length)
     across = index.query(deformed.vertices[deformed.triangles].mean(axis=1)).distances / length
     np.minimum.at(visibility, deformed.triangles, np.clip(SPANNING - across, 0.0, 1.0)[:, None])
-    return VisibleVertices(np.minimum(_blended(deformed, visibility), visibility).astype(np.float32))
+    return VisibleVertices(np.minimum(VertexSmoother(deformed).smoothed(visibility, BLENDING), visibility).astype(np.float32))
 
 
 def _shown(source: SurfaceIndex, deformed: TriangleMesh, length: float) -> np.ndarray:
@@ -51,10 +51,3 @@ def _shown(source: SurfaceIndex, deformed: TriangleMesh, length: float) -> np.nd
     beyond = on_border(source.mesh, border_edges(source.mesh), closest.triangles, closest.points)
     near, far = np.where(beyond, INSIDE, NEAR), np.where(beyond, OUTSIDE, FAR)
     return np.clip((far - closest.distances / length) / (far - near), 0.0, 1.0) * alike
-
-
-def _blended(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
-    smoother = VertexSmoother(mesh)
-    for _ in range(BLENDING):
-        values = smoother.step(values)
-    return values

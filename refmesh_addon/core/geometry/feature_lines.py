@@ -26,12 +26,9 @@ ROUGHEST = 0.2  # mean angle at the edges beside a line, as a share of that at i
 
 @dataclass(frozen=True)
 class FeatureEdges(FrozenArrays):
-    """edges : (E, 2) on feature lines.  opposite : (E, 2) corners of the two triangles at each that are not its ends.
-    triangles : (E, 2) these triangles.
-    """
+    """edges : (E, 2) on feature lines.  triangles : (E, 2) the two at each."""
 
     edges: np.ndarray
-    opposite: np.ndarray
     triangles: np.ndarray
 
 
@@ -58,7 +55,7 @@ def feature_edges(mesh: TriangleMesh) -> FeatureEdges:
     least = LEAST_LENGTH * mesh.diagonal * np.where(np.bincount(lines[on_line], minlength=count) < FEW, 4, 1)
     good = (total > least) & (_beside(edges, angles, lines, count, len(mesh.vertices)) < ROUGHEST * sharpness)
     chosen = np.flatnonzero(on_line)[good[lines[on_line]]]
-    return FeatureEdges(edges[chosen], table.previous[table.pairs[chosen]], table.pairs[chosen] // 3)
+    return FeatureEdges(edges[chosen], table.pairs[chosen] // 3)
 
 
 def line_labels(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:

@@ -20,3 +20,9 @@ class VertexSmoother:
         """(V,) mean of each value and the mean of its neighbors'; a vertex without neighbors keeps its own."""
         around = np.bincount(self._start, values[self._end], self._count) + np.bincount(self._end, values[self._start], self._count)
         return np.where(self._degree > 0, (values + around / np.maximum(self._degree, 1)) / 2, values)
+
+    def smoothed(self, values: np.ndarray, steps: int) -> np.ndarray:
+        """(V,) values after so many steps."""
+        for _ in range(steps):
+            values = self.step(values)
+        return values

@@ -41,10 +41,10 @@ def frame_features(frame: FrameMap, mapped: TriangleMesh, whole: np.ndarray) -> 
     nothing = FrameFeatures(TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32)), np.zeros((0, 2), dtype=np.int32))
     if frame.mapping != "affinity":  # the published method has no sharp edges
         return nothing
-    found = feature_edges(frame.mesh)
-    if not len(found.edges):
+    features = feature_edges(frame.mesh)
+    if not len(features.edges):
         return nothing
-    edges = found.edges[_within_a_body(frame, found) & whole[found.triangles].all(axis=1)]
+    edges = features.edges[_within_a_body(frame, features) & whole[features.triangles].all(axis=1)]
     beside = np.zeros(len(mapped.vertices), dtype=bool)
     beside[edges] = True
     if len(edges):
@@ -56,11 +56,11 @@ def frame_features(frame: FrameMap, mapped: TriangleMesh, whole: np.ndarray) -> 
     return FrameFeatures(patch, number[edges])
 
 
-def _within_a_body(frame: FrameMap, found: FeatureEdges) -> np.ndarray:
+def _within_a_body(frame: FrameMap, features: FeatureEdges) -> np.ndarray:
     """(E,) bool, whether the centers nearest to a point inside on either side of an edge belong together."""
-    tree, middles = cKDTree(frame.centers), frame.mesh.vertices[found.edges].mean(axis=1)
+    tree, middles = cKDTree(frame.centers), frame.mesh.vertices[features.edges].mean(axis=1)
     owners = []
-    for triangles in found.triangles.T:
+    for triangles in features.triangles.T:
         corners = frame.mesh.vertices[frame.mesh.triangles[triangles]]
         away = corners.mean(axis=1) - middles
         depth = INWARD * frame.spacing

@@ -48,7 +48,7 @@ def build_open_reference(
 
 def cut_open(mesh: TriangleMesh, union: UnionPoints) -> TriangleMesh:
     """The part of a closed surface that lies on what frames show."""
-    return cut_at_zero(mesh, _smoothed(mesh, _shown(mesh, union)))
+    return cut_at_zero(mesh, VertexSmoother(mesh).smoothed(_shown(mesh, union), SMOOTHING))
 
 
 def without_leftovers(mesh: TriangleMesh) -> TriangleMesh:
@@ -69,9 +69,3 @@ def _shown(mesh: TriangleMesh, union: UnionPoints) -> np.ndarray:
     signs = 2.0 * (union.shown[near] - SHOWN)
     return np.where(total > 0, (weights * signs).sum(axis=1) / np.where(total > 0, total, 1.0), -1.0)
 
-
-def _smoothed(mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
-    smoother = VertexSmoother(mesh)
-    for _ in range(SMOOTHING):
-        values = smoother.step(values)
-    return values
