@@ -97,7 +97,7 @@ class ReferenceSettings(StageSettings):
     )
     mesh: str = option(
         "",
-        "Mesh file of your own, made over one frame, that takes the place of the reference mesh; its vertices keep their order",
+        "Mesh file of your own, made over a frame or the reference mesh, which it replaces; its vertices keep their order",
         label="Own Mesh",
     )
     mesh_frame: int = option(
