@@ -8,8 +8,6 @@ import numpy as np
 
 from ..core.array_layout import check_layouts
 from .files import read_npz
-from .meshes import read_bytes
-from .obj_colors import obj_uvs
 
 OWN_MESH_NAME = "own_mesh.ply"  # in the output folder: an object of the scene, for the job
 OWN_UVS_NAME = "own_mesh_uvs.npz"  # beside it, where the object has a UV map
@@ -26,4 +24,9 @@ def own_uvs(path: Path) -> np.ndarray | None:
         arrays = read_npz(beside)
         check_layouts(arrays, {"uvs": "(T, 3, 2) float32"})
         return arrays["uvs"]
-    return obj_uvs(read_bytes(path)) if path.suffix.lower() == ".obj" else None
+    if path.suffix.lower() != ".obj":
+        return None
+    from .meshes import read_bytes  # here: registering the add-on needs the names above, and no SciPy
+    from .obj_colors import obj_uvs
+
+    return obj_uvs(read_bytes(path))
