@@ -6,7 +6,6 @@ take does not fit the memory, and the pipeline must not need a package for it.
 
 from __future__ import annotations
 
-import struct
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from .files import atomic_file
+from .png_chunks import GRAY, UNFILTERED, chunk, header
 
 WIDTH = 4096  # pixels: a body of 15,000 vertices has four rows a frame, so that 1000 frames stay far below what pictures may have
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_GRAY, _NO_FILTER = 0, b"\0"
+DEPTH = 8  # bits of a pixel
 
 
 def rows_per_frame(vertices: int) -> int:
@@ -33,19 +32,15 @@ def write_visibility(path: str | Path, frames: Iterable[np.ndarray], vertices: i
     rows = rows_per_frame(vertices)
     packer, written = zlib.compressobj(), 0
     with atomic_file(path) as file:
-        file.write(_SIGNATURE + _chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, rows * count, 8, _GRAY, 0, 0, 0)))
+        file.write(header(WIDTH, rows * count, DEPTH, GRAY))
         for values in frames:
             if values.shape != (vertices,):
                 raise ValueError(f"frame {written} must be ({vertices},); got {values.shape}")
             pixels = np.zeros(rows * WIDTH, dtype=np.uint8)
             pixels[:vertices] = np.rint(255 * np.clip(values, 0.0, 1.0))
-            lines = b"".join(_NO_FILTER + line.tobytes() for line in pixels.reshape(rows, WIDTH))
-            file.write(_chunk(b"IDAT", packer.compress(lines)))
+            lines = b"".join(UNFILTERED + line.tobytes() for line in pixels.reshape(rows, WIDTH))
+            file.write(chunk(b"IDAT", packer.compress(lines)))
             written += 1
         if written != count:
             raise ValueError(f"count is {count}, but {written} frames were given")
-        file.write(_chunk(b"IDAT", packer.flush()) + _chunk(b"IEND", b""))
-
-
-def _chunk(name: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        file.write(chunk(b"IDAT", packer.flush()) + chunk(b"IEND", b""))

@@ -1,27 +1,24 @@
-"""PNG files with three channels of 16 bits, which Pillow cannot write (PNG specification, third edition, sections 5 and 11)."""
+"""PNG files with three channels of 16 bits, which Pillow cannot write (PNG specification, third edition, section 11)."""
 
 from __future__ import annotations
 
-import struct
 import zlib
 
 import numpy as np
 
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-DEPTH, TRUECOLOR = 16, 2
+from ..png_chunks import TRUECOLOR, UNFILTERED, chunk, header
+
+DEPTH = 16  # bits of a channel
 EFFORT = 9  # of zlib
-UNFILTERED = b"\0"  # before each row
 
 
 def encoded_png(pixels: np.ndarray) -> bytes:
-    """(H, W, 3) uint16, first row at the top; the same pixels give the same bytes."""
+    """The file for (H, W, 3) uint16 pixels, first row at the top; the same pixels give the same bytes.
+
+    Raises ValueError for pixels of another shape or type.
+    """
     height, width, channels = pixels.shape
     if pixels.dtype != np.uint16 or channels != 3:
         raise ValueError(f"pixels must be (H, W, 3) uint16; got {pixels.shape} {pixels.dtype}")
     rows = b"".join(UNFILTERED + row.tobytes() for row in pixels.astype(">u2"))
-    head = struct.pack(">IIBBBBB", width, height, DEPTH, TRUECOLOR, 0, 0, 0)
-    return SIGNATURE + _chunk(b"IHDR", head) + _chunk(b"IDAT", zlib.compress(rows, EFFORT)) + _chunk(b"IEND", b"")
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    return header(width, height, DEPTH, TRUECOLOR) + chunk(b"IDAT", zlib.compress(rows, EFFORT)) + chunk(b"IEND", b"")
