@@ -43,13 +43,22 @@ def read_layout(path: Path, triangles: int) -> tuple[np.ndarray, np.ndarray]:
     Raises RefMeshError, naming the file, when it is missing, damaged, or belongs to another mesh.
     """
     try:
-        arrays = read_npz(path)
-        check_layouts(arrays, LAYOUT)
-        _check_finite(arrays)
+        uvs, corners = layout_arrays(path)
     except (OSError, ValueError) as error:
         raise RefMeshError(f"{path}: cannot be read ({error}); run the Color step again") from error
-    if len(arrays["triangles"]) != triangles:
+    if len(corners) != triangles:
         raise RefMeshError(f"{path}: is the layout of another mesh; run the Color step again")
+    return uvs, corners
+
+
+def layout_arrays(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """The (U, 2) coordinates of any texture layout and the (S, 3) int32 of each triangle.
+
+    Raises OSError when the file cannot be opened, ValueError when it is damaged or holds something else.
+    """
+    arrays = read_npz(path)
+    check_layouts(arrays, LAYOUT)
+    _check_finite(arrays)
     return arrays["uvs"], arrays["triangles"]
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -17,9 +16,10 @@ from ...core.color.layout import Layout
 from ...core.color.transfer import transferred_texture
 from ...core.errors import RefMeshError
 from ...core.types import TriangleMesh
-from ..files import atomic_file, output_folder, read_npz, write_json, write_npz
+from ..files import atomic_file, output_folder, write_json, write_npz
 from ..images import encoded
 from ..regular_files import read_json
+from ..result_arrays import layout_arrays
 from ..small_glb.surface import texture_size
 from .reader import StreamReader
 from .writer import FrameGroup
@@ -90,18 +90,18 @@ def read_texture(stream: Path, part: int, triangles: int) -> StreamTexture | Non
         if not isinstance(names, list) or part >= len(names):
             raise ValueError("the stream has more runs of frames")
         return _read(folder, str(names[part]), triangles) if names[part] else None
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+    except (OSError, ValueError) as error:
         raise RefMeshError(f"{folder / INDEX}: the textures do not belong to the stream ({error}); export both again") from error
 
 
 def _read(folder: Path, name: str, count: int) -> StreamTexture:
     if Path(name).name != name:
         raise ValueError(f"'{name}' is in another folder")
-    arrays = read_npz(folder / f"{name}_layout.npz")
-    layout = Layout(np.asarray(arrays["uvs"], dtype=np.float64), arrays["triangles"])
-    corners = layout.triangles
-    if layout.uvs.ndim != 2 or layout.uvs.shape[1] != 2 or corners.shape != (count, 3) or corners.dtype.kind not in "iu":
-        raise ValueError(f"{name}_layout.npz is of another mesh")
-    if corners.min(initial=0) < 0 or corners.max(initial=0) >= len(layout.uvs):
-        raise ValueError(f"{name}_layout.npz is damaged")
-    return StreamTexture(folder / f"{name}{EXTENSION}", layout)
+    stored = folder / f"{name}_layout.npz"
+    try:
+        uvs, triangles = layout_arrays(stored)
+    except ValueError as error:
+        raise ValueError(f"{stored.name} is damaged: {error}") from error
+    if len(triangles) != count:
+        raise ValueError(f"{stored.name} is of another mesh")
+    return StreamTexture(folder / f"{name}{EXTENSION}", Layout(np.asarray(uvs, dtype=np.float64), triangles))

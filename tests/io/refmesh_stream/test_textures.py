@@ -7,6 +7,7 @@ from PIL import Image
 from refmesh_addon.core.color.appearance import sampled
 from refmesh_addon.core.color.projected_layout import projected_layout
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.io.files import read_npz, write_npz
 from refmesh_addon.io.refmesh_stream.reader import StreamReader
 from refmesh_addon.io.refmesh_stream.textures import read_texture, textures_folder, write_textures
 from refmesh_addon.io.refmesh_stream.writer import FrameGroup, Quality, write_stream
@@ -61,6 +62,14 @@ def test_textures_of_another_stream_are_refused(stream, names):
 def test_a_layout_of_another_mesh_is_refused(stream):
     with pytest.raises(RefMeshError, match="group_000_layout.npz is of another mesh"):
         read_texture(stream, 0, 1000)
+
+
+@pytest.mark.parametrize("changed", [{"uvs": np.full((900, 2), np.nan)}, {"uvs": np.zeros((2, 2))}, {"more": np.zeros(1)}])
+def test_a_layout_with_other_arrays_is_refused(stream, changed):
+    path = textures_folder(stream) / "group_000_layout.npz"
+    write_npz(path, {**read_npz(path), **changed})
+    with pytest.raises(RefMeshError, match="group_000_layout.npz is damaged"):
+        read_texture(stream, 0, 1024)
 
 
 def test_an_index_that_is_nested_without_end_is_refused(stream):
