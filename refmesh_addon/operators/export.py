@@ -77,7 +77,7 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
     )
 
     quiet: BoolProperty(
-        name="Quiet", description="Do not tell size and error of the files on stderr in background mode", options={"HIDDEN", "SKIP_SAVE"}
+        name="Quiet", description="Do not print size and error of the files to stderr in background mode", options={"HIDDEN", "SKIP_SAVE"}
     )
 
     def invoke(self, context, event):
