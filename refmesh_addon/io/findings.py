@@ -24,6 +24,15 @@ def read_findings(output: str | Path) -> list[Finding]:
         raise RefMeshError(f"{path}: cannot be read ({error}); check the sequence again") from error
 
 
+def read_kind(output: str | Path) -> str:
+    """What kind of capture the checked take is, in a clause; "" where the files of the check do not say it."""
+    try:
+        kind = read_json(Path(output) / CHECK_NAME)["kind"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+    return kind if isinstance(kind, str) else ""
+
+
 def _finding(entry: dict) -> Finding:
     finding = Finding(**entry)
     texts = (finding.kind, finding.severity, finding.message)
@@ -32,16 +41,18 @@ def _finding(entry: dict) -> Finding:
     return finding
 
 
-def write_findings(output: Path, sequence: Sequence, findings: list[Finding]) -> None:
-    """Both files, into the output folder. Raises RefMeshError when they cannot be written."""
-    write_json(output / CHECK_NAME, {"sequence": sequence.name, "findings": [asdict(finding) for finding in findings]})
+def write_findings(output: Path, sequence: Sequence, findings: list[Finding], kind: str = "") -> None:
+    """Both files, into the output folder.  kind : of the capture, see `read_kind`. Raises RefMeshError when they cannot be written."""
+    write_json(output / CHECK_NAME, {"sequence": sequence.name, "kind": kind, "findings": [asdict(finding) for finding in findings]})
     with atomic_file(output / CHECK_TEXT) as file:
-        file.write(report_text(sequence, findings).encode("utf-8"))
+        file.write(report_text(sequence, findings, kind).encode("utf-8"))
 
 
-def report_text(sequence: Sequence, findings: list[Finding]) -> str:
-    """The findings as text, by severity."""
+def report_text(sequence: Sequence, findings: list[Finding], kind: str = "") -> str:
+    """The findings as text, by severity, below what kind of capture it is, which a note may have said already."""
     lines = [f"{sequence.name}: {len(sequence.frames)} frames, {format_ranges(sequence.numbers)}"]
+    if kind and all(finding.message != kind for finding in findings):
+        lines.append(kind)
     for severity, meaning in SEVERITIES.items():
         chosen = [finding for finding in findings if finding.severity == severity]
         if chosen:

@@ -7,7 +7,7 @@ import bpy
 from ..bridge.scene.focus import longest_side
 from ..core.capture.scale import scale_note
 from ..core.findings import SEVERITIES
-from ..io.findings import CHECK_TEXT, read_findings
+from ..io.findings import CHECK_TEXT, read_findings, read_kind
 from .common import absolute
 from .job import JobOperator
 
@@ -40,7 +40,8 @@ flipped surfaces, missing textures, frames without volume. Also prepares the fra
         state.checked = True
         counts = {severity: sum(finding.severity == severity for finding in findings) for severity in SEVERITIES}
         summary = ", ".join(f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items() if count)
-        self.report({"INFO"}, f"{summary or 'nothing found'}; see {output / CHECK_TEXT}")
+        kind = read_kind(output)
+        self.report({"INFO"}, f"{kind and kind + '; '}{summary or 'nothing found'}; see {output / CHECK_TEXT}")
 
 
 CLASSES = (REFMESH_OT_check_sequence,)

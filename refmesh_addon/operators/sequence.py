@@ -11,7 +11,7 @@ from bpy_extras.io_utils import ImportHelper
 from ..io.discovery import find_sequence
 from ..io.formats import FRAME_FORMATS
 from .common import SceneOperator, absolute, reporting
-from .sequence_preview import AUTOMATIC_READING, describe, draw_preview, reading_items
+from .sequence_preview import AUTOMATIC_READING, describe, draw_preview, first_frame_kind, reading_items
 
 AXES = {
     "Y": "The Y axis points up, as in most captures and glTF",
@@ -117,7 +117,8 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
         hidden = "; the cube of the startup scene is hidden" if hide_startup_cube(context.scene) else ""
         focus(owner)
         note = scale_note(longest_side(owner, context.scene))
-        self.report({"INFO"}, f"{describe(sequence)}{hidden}{note and '; ' + note}")
+        kind = "" if self.empty_scene else first_frame_kind(sequence.frames[0].path)  # of a script, the job says it
+        self.report({"INFO"}, "; ".join(filter(None, (describe(sequence) + hidden, kind, note))))
         if self.check and getattr(self, "interactive", False):
             bpy.ops.refmesh.check_sequence("INVOKE_DEFAULT")
         return {"FINISHED"}

@@ -11,7 +11,7 @@ from ..core.errors import RefMeshError
 from ..io.discovery import find_sequence
 from ..io.frame_range import format_ranges
 from ..io.sequence import Sequence
-from ..pipeline.process.reading import read_frame
+from ..pipeline.process.reading import read_frame, read_surface_kind
 from ..properties.wording import for_window
 
 LINE_LENGTH = 48  # characters that fit into the sidebar of the file browser
@@ -90,6 +90,16 @@ def first_frame_size(source: str, frames: str) -> tuple[float, ...]:
         return tuple(map(float, np.ptp(read_frame(path).vertices, axis=0)))
     except (RefMeshError, OSError, ImportError):
         return ()
+
+
+def first_frame_kind(path: Path) -> str:
+    """What kind of capture a frame shows, in a clause; "" where it cannot be told, or not quickly: the check tells it of the take."""
+    try:
+        from ..core.capture.openness import DESCRIPTIONS  # late: SciPy comes with it, and may be missing
+
+        return f"its first frame shows {DESCRIPTIONS[read_surface_kind(path)]}" if path.stat().st_size <= MAX_BYTES else ""
+    except (RefMeshError, OSError, ImportError):
+        return ""
 
 
 def format_meters(sides: tuple[float, ...], unit: float) -> str:

@@ -60,6 +60,17 @@ def test_timeline_is_set_only_when_asked(blender, frames):
     assert scene.render.fps / scene.render.fps_base == pytest.approx(29.97)
 
 
+@pytest.mark.parametrize("lowest, kind", [(-2.0, "closed bodies"), (0.0, "open surfaces")])
+def test_import_says_what_kind_of_capture_the_first_frame_shows(blender, tmp_path, capfd, lowest, kind):
+    sphere = trimesh.creation.icosphere(3)
+    sphere.update_faces(sphere.triangles_center[:, 2] > lowest)
+    for number in (1, 2):
+        sphere.export(tmp_path / f"scan_{number}.ply")
+    capfd.readouterr()
+    blender.ops.refmesh.import_sequence(filepath=str(tmp_path))
+    assert f"2 frames, 1-2; its first frame shows {kind}" in capfd.readouterr().out
+
+
 def test_any_file_a_pattern_or_the_file_browser_find_the_same(blender, frames):
     imported_paths = []
     for arguments in (

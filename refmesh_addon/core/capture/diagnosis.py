@@ -51,6 +51,11 @@ class FrameStatistics:
     missing_textures: tuple[str, ...] = ()
     omitted_faces: int = 0
 
+    @property
+    def kind(self) -> str:
+        """One of `openness.KINDS`."""
+        return surface_kind(self.capped, self.compactness, self.of_pieces)
+
 
 # A number to judge a frame by: a jump from frame to frame, or above 0, is a finding.
 Statistic = Callable[[FrameStatistics], float]
@@ -80,14 +85,20 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = (), surfac
     return sorted(findings, key=lambda finding: (order.index(finding.severity), finding.frame))
 
 
+def describe_take(frames: Sequence[FrameStatistics], requested: str = "auto") -> str:
+    """What kind of capture the take is, in a clause; "" where no frame can be read.  requested : the setting `surface`."""
+    kinds = [frame.kind for frame in frames if not frame.error]
+    kind = take_kind(kinds, requested)
+    return f"the take shows {DESCRIPTIONS[kind]} ({kinds.count(kind)} of {len(kinds)} frames are {ADJECTIVES[kind]})" if kinds else ""
+
+
 def _surface(frames: Sequence[FrameStatistics], requested: str) -> list[Finding]:
-    """What kind of capture the take is, once, and the frames that are of another kind; for closed takes, frames without volume."""
-    kinds = [surface_kind(frame.capped, frame.compactness, frame.of_pieces) for frame in frames]
+    """What kind of capture the take is, unless it is closed, and frames of another kind; for closed takes, frames without volume."""
+    kinds = [frame.kind for frame in frames]
     kind = take_kind(kinds, requested)
     if kind == CLOSED:
         return _open(frames)
-    first = frames[0].number if frames else 0
-    usual = f"the take shows {DESCRIPTIONS[kind]} ({kinds.count(kind)} of {len(frames)} frames are {ADJECTIVES[kind]})"
+    first, usual = frames[0].number if frames else 0, describe_take(frames, requested)
     others = [(frame.number, ADJECTIVES[own]) for frame, own in zip(frames, kinds, strict=True) if own != kind]
     return [Finding("surface", "note", first, usual)] + [
         Finding("surface", "note", number, f"is {own}, unlike the take as a whole; it is treated as the others") for number, own in others

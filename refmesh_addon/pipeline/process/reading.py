@@ -119,6 +119,11 @@ def read_frame(path: Path) -> PreviewMesh:
     return PreviewMesh(**SHARED.call("frame", str(path)))
 
 
+def read_surface_kind(path: Path) -> str:
+    """What kind of surface a mesh file holds, one of `openness.KINDS`. Raises what `ReadingProcess.call` raises."""
+    return str(SHARED.call("surface", str(path))["kind"])
+
+
 def read_colors(path: Path, folder: Path) -> SourceColors:
     """The colors of a file as Blender shows them; pictures inside of it are written to the folder. Raises as `read_frame`."""
     return SourceColors.from_arrays(SHARED.call("colors", str(path), str(folder)))

@@ -37,6 +37,16 @@ def colors(path: str, folder: str) -> dict[str, np.ndarray]:
     return read_source_colors(Path(path), Path(folder)).to_arrays()
 
 
+def surface(path: str) -> dict[str, np.ndarray]:
+    """kind : of the surface of a mesh file, one of `openness.KINDS`."""
+    from ...core.capture.cleaning import cleaned
+    from ...core.capture.openness import surface_kind
+    from ...io.meshes import read_mesh
+
+    statistics = cleaned(read_mesh(path)).statistics
+    return {"kind": np.array(surface_kind(statistics.capped, statistics.compactness, statistics.of_pieces))}
+
+
 def stream_entries(path: str) -> dict[str, np.ndarray]:
     """numbers : of all frames of a .refmesh file.  counts : how many of them each group has."""
     from ...io.refmesh_stream.reader import StreamReader
@@ -61,7 +71,7 @@ def decode(path: str, folder: str) -> dict[str, np.ndarray]:
     return {"written": np.array([str(written) for written in decode_stream(path, folder)])}
 
 
-TASKS = {task.__name__: task for task in (frame, colors, stream_entries, stream_group, decode)}
+TASKS = {task.__name__: task for task in (frame, colors, surface, stream_entries, stream_group, decode)}
 
 
 def answer(line: str) -> tuple[dict[str, object], bytes]:

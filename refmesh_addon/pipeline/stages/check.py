@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.capture.diagnosis import FrameStatistics, diagnose
+from ...core.capture.diagnosis import FrameStatistics, describe_take, diagnose
 from ...core.capture.transients import visits
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
@@ -44,7 +44,7 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     files = WrittenFiles(output)
     for name in (CHECK_NAME, CHECK_TEXT):
         files.claim(name)
-    write_findings(output, sequence, findings)
+    write_findings(output, sequence, findings, describe_take(statistics, spec.settings.tracking.surface))
     return findings
 
 

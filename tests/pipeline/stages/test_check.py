@@ -8,7 +8,7 @@ import trimesh
 
 from refmesh_addon.core.errors import Cancelled, RefMeshError
 from refmesh_addon.io.discovery import find_sequence
-from refmesh_addon.io.findings import CHECK_TEXT, read_findings
+from refmesh_addon.io.findings import CHECK_TEXT, read_findings, read_kind
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.preview import PREVIEW_FOLDER, preview_path, read_preview
 from refmesh_addon.pipeline.process.client import WorkerProcess
@@ -44,6 +44,20 @@ def test_findings_of_a_real_process_are_written_for_panel_and_person(take, tmp_p
     assert [(finding.kind, finding.frame) for finding in findings] == [("unreadable", 5), ("gap", 2), ("duplicate", 7)]
     text = (tmp_path / "out" / CHECK_TEXT).read_text()
     assert all(finding.message in text for finding in findings) and str(take) not in text
+
+
+@pytest.mark.parametrize("lowest, kind", [(-2.0, "closed bodies (2 of 2 frames are closed)"), (0.0, "open surfaces, as one camera")])
+def test_the_kind_of_capture_is_said_once(tmp_path, lowest, kind):
+    folder = tmp_path / "scan"
+    folder.mkdir()
+    for number in (1, 2):
+        sphere = trimesh.creation.icosphere(3, radius=1 + 0.01 * number)
+        sphere.update_faces(sphere.triangles_center[:, 2] > lowest)
+        sphere.export(folder / f"scan_{number}.ply")
+    check(folder, tmp_path / "out")
+    text = (tmp_path / "out" / CHECK_TEXT).read_text()
+    assert text.count("the take shows ") == 1 and read_kind(tmp_path / "out") in text
+    assert read_kind(tmp_path / "out").startswith(f"the take shows {kind}")
 
 
 def test_files_that_were_left_out_are_notes(take, tmp_path):
