@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from pathlib import Path
 
@@ -22,6 +23,12 @@ def is_linked(owner: bpy.types.Object) -> bool:
 def absolute_path(owner: bpy.types.ID, path: str) -> Path:
     """The absolute form of a path that `owner` holds, where "//" is the folder of the .blend that the owner comes from."""
     return Path(os.path.abspath(bpy.path.abspath(path, library=library_of(owner))))
+
+
+def state_digest(path: Path) -> str:
+    """16 hexadecimal digits of a file's path, size and time: those of another state of it differ. Raises OSError without it."""
+    status = path.stat()
+    return hashlib.blake2b(f"{path}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=8).hexdigest()
 
 
 def stored_path(path: str | Path, folder: str | Path = "") -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from ...core.types import TriangleMesh
 from ...io.images import EXTENSIONS
 from ...io.ply import write_ply
 from ...io.textured_ply import write_textured_ply
+from ..scene.paths import state_digest
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,7 @@ def write_object_frame(path: Path, mesh: TriangleMesh, colors: ObjectColors) -> 
 
 def _digest(picture: Path) -> str:
     """A name without digits, which would be taken for the number of a frame."""
-    status = picture.stat()
-    digest = hashlib.blake2b(f"{picture}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=8).hexdigest()
-    return "picture_" + digest.translate(str.maketrans("0123456789", "ghijklmnop"))
+    return "picture_" + state_digest(picture).translate(str.maketrans("0123456789", "ghijklmnop"))
 
 
 def _uvs(mesh: bpy.types.Mesh) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 import bpy
@@ -11,7 +10,7 @@ import numpy as np
 from ...io.source_colors import SourceColors
 from ..scene.materials import SOURCE_COLOR, attribute_material, image_material, plain_material
 from ..scene.meshes import COLOR_NAME
-from ..scene.paths import stored_path
+from ..scene.paths import state_digest, stored_path
 
 UV_NAME = "Capture"
 MARK = "refmesh_source_color"  # custom property of materials and images that are made here
@@ -75,8 +74,7 @@ def _picture_material(name: str, picture: Path) -> bpy.types.Material:
 
 def _picture(path: Path) -> bpy.types.Image:
     """The picture of a file in its present state."""
-    status = path.stat()
-    state = hashlib.blake2b(f"{path}:{status.st_size}:{status.st_mtime_ns}".encode(), digest_size=8).hexdigest()
+    state = state_digest(path)
     known = next((image for image in bpy.data.images if image.get(MARK) == state), None)
     if known is None:
         known = bpy.data.images.load(str(path))
