@@ -13,7 +13,7 @@ SAMPLE = 6  # consecutive frames that are coded
 
 @dataclass(frozen=True)
 class Estimate:
-    """size : bytes.  mbps : 10^6 bits per second.  error : RMS distance of the sample along normals, share of the diagonal."""
+    """Of a file.  size : bytes.  mbps : 10^6 bits per second.  error : RMS distance along normals, share of the diagonal."""
 
     size: int
     mbps: float

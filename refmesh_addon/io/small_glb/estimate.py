@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from ...core.color.appearance import Appearance
 from ...core.compression.morph_targets import MorphTargets
 from ...core.compression.reduction import reduced
 from ..images import encoded
+from ..refmesh_stream.estimate import Estimate
 from ..refmesh_stream.writer import FrameGroup
 from .choice import SmallGlb
 from .meshopt import encoded_attributes
@@ -25,15 +25,6 @@ UV_BYTES = {True: 2.5, False: 4.0}  # likewise of a texture coordinate
 COLOR_BYTES = {True: 5.0, False: 8.0}  # likewise of a color
 SEAMS = 1.25  # vertices of a mesh with a layout over those without
 DOCUMENT, RUN_ENTRY, FRAME_ENTRY = 1500, 900, 4  # bytes of the JSON, of what a run adds to it, and of a frame's weight or time
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """size : bytes.  mbps : 10^6 bits per second.  error : RMS, share of the diagonal, which the file will keep."""
-
-    size: int
-    mbps: float
-    error: float
 
 
 def estimated(groups: Iterable[FrameGroup], diagonal: float, frame_rate: float, choice: SmallGlb) -> Estimate:
