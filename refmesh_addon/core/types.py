@@ -66,7 +66,7 @@ class TriangleMesh(FrozenArrays):
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
 
     def moved(self, vertices: np.ndarray) -> TriangleMesh:
-        """The same triangles on other vertex positions, (V, 3)."""
+        """The same triangles on other vertex positions, (V, 3). Raises ValueError for another number of them."""
         if vertices.shape != self.vertices.shape:
             raise ValueError(f"vertices must be {self.vertices.shape} to keep the topology; got {vertices.shape}")
         return TriangleMesh(vertices, self.triangles)

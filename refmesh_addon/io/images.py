@@ -97,7 +97,7 @@ def encoded(pixels: np.ndarray, extension: str) -> bytes:
 
 
 def write_image(path: str | Path, pixels: np.ndarray) -> None:
-    """A picture as PNG, JPEG or WebP, by the extension. Raises RefMeshError when the file cannot be written."""
+    """(H, W) or (H, W, 3) uint8 pixels as PNG, JPEG or WebP, by the extension. Raises RefMeshError when the file cannot be written."""
     data = encoded(pixels, Path(path).suffix)
     with atomic_file(path) as file:
         file.write(data)

@@ -47,7 +47,10 @@ def parse_mesh(data: bytes, path: str | Path) -> TriangleMesh:
 
 
 def parse_frame(data: bytes, path: str | Path) -> tuple[TriangleMesh, int]:
-    """What `parse_mesh` does, and how many faces were left out because they have fewer than three corners."""
+    """What `parse_mesh` does, and how many faces were left out because they have fewer than three corners.
+
+    Raises RefMeshError, naming the file, as `parse_mesh` does.
+    """
     path = Path(path)
     known = frame_format(path)
     assert known.parse is not None

@@ -30,7 +30,10 @@ def spread_nodes(lengths: sparse.csr_matrix, count: int) -> np.ndarray:
 
 
 def reach_of(lengths: sparse.csr_matrix, nodes: np.ndarray) -> float:
-    """Distance along edges within which all vertices have the nodes that move them, as far as their component has as many."""
+    """Distance along edges within which all vertices have the nodes that move them, as far as their component has as many.
+
+    lengths : (V, V) of the edges, grid units.  nodes : (J,) vertices.
+    """
     distances = csgraph.dijkstra(lengths, indices=nodes, min_only=True)
     spacing = float(distances[np.isfinite(distances)].max())
     return np.ceil(SLACK * (NEIGHBORS - 1) * max(spacing, 1.0))

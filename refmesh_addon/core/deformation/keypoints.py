@@ -56,6 +56,7 @@ def find_keypoints(mesh: TriangleMesh, length: float, settings: KeypointSettings
 
     Returns (K,) int64 indices of vertices, ascending. Zhong weighs a point by one over its number of neighbours, which
     estimates the area it stands for; a mesh knows that area. Measured on remeshed bodies, areas repeat more key points.
+    Raises ValueError for a length that is not above 0.
     """
     if not length > 0:
         raise ValueError(f"length must be above 0; got {length}")

@@ -61,7 +61,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, adjacency: sparse.csr_matrix, length: float, covered: np.ndarray) -> Surroundings:
-        """With the vertices near covered ones, which lead there, as covered too."""
+        """With the vertices near covered ones, which lead there, as covered too.  covered : (R,) bool."""
         for _ in range(COVER_RINGS):
             covered = covered | ((adjacency @ covered) > 0)
         return cls(adjacency, length, covered)

@@ -85,7 +85,7 @@ def _beside(edges: np.ndarray, angles: np.ndarray, lines: np.ndarray, count: int
 
 
 def line_corners(vertices: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices at which three or more of (E, 2) edges meet, and those at which a line of two has a corner."""
+    """(J,) vertices at which three or more of (E, 2) edges meet, and (C,) at which a line of two has a corner.  vertices : (V, 3)."""
     ends, degree = np.unique(edges, return_counts=True)
     pairs = np.flatnonzero(np.isin(edges.T.ravel(), ends[degree == 2]))
     order = pairs[np.argsort(edges.T.ravel()[pairs], kind="stable")].reshape(-1, 2)

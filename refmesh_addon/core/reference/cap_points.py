@@ -40,7 +40,7 @@ class OrientedPoints(FrozenArrays):
     holes: Annotated[np.ndarray, "(P) int32"]
 
     def where(self, chosen: np.ndarray) -> OrientedPoints:
-        """Those that are marked in `chosen`."""
+        """Those that are marked in (P,) bool `chosen`."""
         return OrientedPoints(self.points[chosen], self.normals[chosen], self.on_cap[chosen], self.holes[chosen])
 
 

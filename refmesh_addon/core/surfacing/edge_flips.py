@@ -43,7 +43,10 @@ def quality(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def flipped(mesh: TriangleMesh, frozen: np.ndarray) -> TriangleMesh:
-    """The mesh with those edges flipped that gain more than the other edges of their two triangles.  frozen : as above."""
+    """The mesh with those edges flipped that gain more than the other edges of their two triangles.
+
+    frozen : (V,) bool, vertices at which no edge is flipped.
+    """
     vertices, triangles, count = mesh.vertices, mesh.triangles.astype(np.int64), len(mesh.vertices)
     table = HalfEdges(triangles, count)
     half_edges = table.pairs

@@ -94,7 +94,10 @@ def write_stream(path: str | Path, groups: Iterable[FrameGroup], diagonal: float
 
 
 def coded_parts(group: FrameGroup, diagonal: float, quality: Quality) -> Iterator[CodedPart]:
-    """A group as one run of frames, or as several where it is long, as `write_stream` writes it."""
+    """A group as one run of frames, or as several where it is long, as `write_stream` writes it.
+
+    diagonal : of the bounding box of the whole sequence, scene units. Raises RefMeshError where it is 0.
+    """
     unit = quality.step * diagonal / STEP
     if not unit > 0:
         raise RefMeshError("a sequence without extent cannot be compressed")

@@ -17,7 +17,10 @@ NEW_TRIANGLE, EXPLICIT, EXPLICIT_FIRST = 0xF0, 0xFE, 0xFF  # codes of triangles 
 
 
 def encoded_attributes(elements: np.ndarray) -> bytes:
-    """Mode 0.  elements : (N, S) uint8 bytes of vertices, S a multiple of 4 and at most 256, N at least 1."""
+    """Mode 0.  elements : (N, S) uint8 bytes of vertices, S a multiple of 4 and at most 256, N at least 1.
+
+    Raises ValueError for other shapes.
+    """
     count, stride = elements.shape
     if stride % 4 or not 4 <= stride <= 256 or not count:
         raise ValueError(f"elements must be (N, S) with S a multiple of 4 up to 256; got {elements.shape}")

@@ -44,7 +44,10 @@ class Surface(FrozenArrays):
 
 
 def colored_surface(segment: Segment, appearance: Appearance | None, choice: SmallGlb) -> Surface:
-    """The surface of a segment.  appearance : of its middle frame, before it was reduced; None leaves colors out."""
+    """The surface of a segment.  appearance : of its middle frame, before it was reduced; None leaves colors out.
+
+    Raises RefMeshError for a texture where Pillow is missing.
+    """
     count = segment.frames.shape[1]
     if appearance is None:
         return Surface(np.arange(count), segment.triangles)
@@ -68,7 +71,7 @@ def texture_size(appearance: Appearance, greatest: int) -> int:
 
 
 def linear(colors: np.ndarray) -> np.ndarray:
-    """sRGB colors, 0 to 1, as amounts of light, which glTF holds in vertices."""
+    """sRGB colors of any shape, 0 to 1, as amounts of light, which glTF holds in vertices."""
     return np.where(colors <= LINEAR_UNTIL, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
 
 

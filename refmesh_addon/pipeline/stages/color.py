@@ -198,5 +198,5 @@ def _files(
 
 
 def applied(context: Context, gain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gains of a frame and of the steady colors in it: either the frame is evened, or the steady colors take on its exposure."""
+    """(3,) gains of a frame and of the steady colors in it: either the frame is evened, or the steady colors take on its exposure."""
     return (gain, np.ones(3)) if context.settings.color.exposure == "even" else (np.ones(3), 1.0 / gain)

@@ -83,7 +83,7 @@ def bake_frame(shared: LayoutTexels, deformed: TriangleMesh, source: TriangleMes
 
 
 def make_steady(shared: LayoutTexels, frames: list[BakedFrame], gains: list[np.ndarray]) -> SteadyColors:
-    """The steady texture of some frames, each brought to one exposure by its gain."""
+    """The steady texture of some frames, each brought to one exposure by its (3,) gain."""
     colors = np.stack([exposed(frame.colors, gain) for frame, gain in zip(frames, gains, strict=True)])
     seen = np.stack([frame.seen for frame in frames])
     if shared.layout is None:
@@ -99,7 +99,7 @@ def finished(frame: BakedFrame, gain: np.ndarray, steady: SteadyColors, steady_g
 def encode_frame(
     shared: LayoutTexels, frame: BakedFrame, gains: tuple[np.ndarray, np.ndarray], steady: SteadyColors, extension: str
 ) -> FrameFiles:
-    """The files of one frame.  gains : of the frame and of the steady colors."""
+    """The files of one frame.  gains : (3,) of the frame, and of the steady colors."""
     texels, colors = texels_of(shared), finished(frame, gains[0], steady, gains[1])
     mask = texels.image(np.where(frame.seen, 255, 0).astype(np.uint8))
     image, shown = encoded(texels.image(colors), extension), encoded(mask, ".png")

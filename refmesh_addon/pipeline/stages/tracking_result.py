@@ -59,7 +59,7 @@ class TrackedFrames(FrozenArrays):
         return cls(*(np.concatenate([getattr(part, item.name) for part in reversed(padded)]) for item in fields(cls)))
 
     def renumbered(self, count: int, order: np.ndarray) -> TrackedFrames:
-        """The first `count` frames, with center order[i] in place of center i."""
+        """The first `count` frames, with center order[i] in place of center i.  order : (C,) int."""
         first = {item.name: getattr(self, item.name)[:count] for item in fields(self)}
         return TrackedFrames(**{**first, "centers": self.centers[:count, order], "alive": self.alive[:count, order]})
 
@@ -114,7 +114,7 @@ class TrackingResult:
         return tuple((np.flatnonzero((self.alive[1:] != self.alive[:-1]).any(axis=1)) + 1).tolist())
 
     def members(self, frame: int) -> np.ndarray:
-        """Indices of the centers that are there in a frame."""
+        """(N,) indices of the centers that are there in a frame."""
         return np.arange(self.positions.shape[1]) if self.alive is None else np.flatnonzero(self.alive[frame])
 
     def affinity_at(self, frame: int) -> sparse.csr_matrix:
