@@ -87,6 +87,7 @@ class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
             column.label(text=f"Mesh of your own, over {over}", icon="MESH_DATA")
             column.operator("refmesh.forget_own_mesh")
         column.operator("refmesh.use_own_mesh", icon="MESH_DATA")
+        column.operator("refmesh.remesh_to_quads", icon="MOD_REMESH")
 
 
 class REFMESH_PT_deform(StepPanel, bpy.types.Panel):

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import shutil
+
 import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
 
+import refmesh_addon
 from refmesh_addon.bridge.scene.meshes import read_positions
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.settings import OVER_REFERENCE
+from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.own_uvs import own_uvs
 
-from .conftest import place
+from .conftest import place, write_frames
 from .test_jobs import TINY
 
 FRAME = 7
+ONE_MESH = {"segments": "frames"}
 
 
 @pytest.fixture
@@ -37,9 +43,9 @@ def polygons(mesh) -> list[list[int]]:
     return [list(polygon.vertices) for polygon in mesh.polygons]
 
 
-def run(owner, output) -> None:
+def run(owner, output, **settings) -> None:
     bpy.context.view_layer.objects.active = owner
-    bpy.ops.refmesh.run_all(output=str(output), quiet=True, **TINY)
+    bpy.ops.refmesh.run_all(output=str(output), quiet=True, **(TINY | settings))
 
 
 def test_it_comes_back_moving_with_all_that_it_had(blender, ball, quads, tmp_path):
@@ -84,6 +90,72 @@ def test_a_mesh_made_over_the_reference_mesh_or_a_result_beside_the_source_is_re
         assert ball.refmesh.settings.mesh_frame == expected
         np.testing.assert_allclose(read_positions(ball.refmesh.own_mesh), places, atol=1e-5)
         bpy.data.objects.remove(mine)
+
+
+@pytest.fixture(scope="module")
+def one_mesh_run(tmp_path_factory):
+    """Results of one mesh for the whole take, computed once; the input folder and the output folder."""
+    folder = tmp_path_factory.mktemp("take")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    refmesh_addon.register()
+    bpy.ops.refmesh.import_sequence(filepath=str(write_frames(folder / "ball")))
+    run(bpy.context.active_object, folder / "out", **ONE_MESH)
+    refmesh_addon.unregister()
+    return folder / "ball", folder / "out"
+
+
+@pytest.fixture
+def one_mesh(blender, one_mesh_run, tmp_path) -> bpy.types.Object:
+    """The sequence object with a copy of those results."""
+    frames, output = one_mesh_run
+    blender.ops.refmesh.import_sequence(filepath=str(frames))
+    blender.ops.refmesh.load_results(output=str(shutil.copytree(output, tmp_path / "out")))
+    return blender.context.active_object
+
+
+def test_quadriflow_turns_a_copy_of_the_reference_mesh_into_the_mesh_of_the_take(blender, one_mesh, tmp_path):
+    reference, active = one_mesh.refmesh.groups[0].reference, blender.context.active_object
+    before, objects = (polygons(reference.data), read_positions(reference.data).tolist()), set(bpy.data.objects)
+    reference.rotation_euler[2] = 0.5
+    assert blender.ops.refmesh.remesh_to_quads() == {"FINISHED"}
+    (quads,) = set(bpy.data.objects) - objects
+    assert (polygons(reference.data), read_positions(reference.data).tolist()) == before and blender.context.active_object == active
+    assert {len(polygon) for polygon in polygons(quads.data)} == {4} and quads.name == "ball quads" and quads.hide_render
+    assert abs(len(quads.data.polygons) - len(before[0]) / 2) < 0.15 * len(before[0])
+    assert quads.matrix_world == reference.matrix_world
+    settings = one_mesh.refmesh.settings
+    assert settings.mesh_frame == OVER_REFERENCE and settings.mesh == str(tmp_path / "out" / "own_mesh.ply")
+    surface = TriangleMesh(np.array(before[1]), np.array(before[0]))
+    distances = SurfaceIndex(surface).query(read_mesh(tmp_path / "out" / "own_mesh.ply").vertices).distances
+    assert distances.max() < 0.03 * surface.diagonal
+    run(one_mesh, tmp_path / "out", **ONE_MESH)
+    assert polygons(one_mesh.refmesh.groups[0].deformed.data) == polygons(quads.data)
+
+
+def test_quadriflow_takes_the_number_of_faces(blender, one_mesh):
+    counts = []
+    for faces in (60, 240):
+        before = set(bpy.data.objects)
+        blender.ops.refmesh.remesh_to_quads(faces=faces)
+        (quads,) = set(bpy.data.objects) - before
+        counts.append(len(quads.data.polygons))
+    assert 2 * counts[0] < counts[1] < 480
+
+
+def test_what_quadriflow_cannot_remesh_is_refused_and_leaves_nothing_behind(blender, one_mesh):
+    one_mesh.refmesh.groups[0].reference.data.polygons[0].flip()
+    before = set(bpy.data.objects), set(bpy.data.meshes), one_mesh.refmesh.settings.mesh
+    with pytest.raises(RuntimeError, match="not manifold or has faces that point in inconsistent directions.*by hand"):
+        blender.ops.refmesh.remesh_to_quads()
+    assert (set(bpy.data.objects), set(bpy.data.meshes), one_mesh.refmesh.settings.mesh) == before
+
+
+def test_quads_need_one_reference_mesh_for_the_take(blender, solved):
+    with pytest.raises(RuntimeError, match="has 2 reference meshes.*serves the whole take"):
+        blender.ops.refmesh.remesh_to_quads()
+    solved.refmesh.groups.clear()
+    with pytest.raises(RuntimeError, match="no reference mesh yet; run the Reference step"):
+        blender.ops.refmesh.remesh_to_quads()
 
 
 def test_reconstructed_meshes_come_back_when_it_is_forgotten(blender, ball, quads, tmp_path):

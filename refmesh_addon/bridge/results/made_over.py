@@ -34,7 +34,13 @@ def made_over(owner: bpy.types.Object, target: bpy.types.Object) -> MadeOver:
     if nearest in references and len(references) > 1:
         over = f"'{target.name}' lies over one of {len(references)} reference meshes"
         raise RefMeshError(f"{over}; make it over a frame, or give the whole take one mesh (One Mesh for)")
-    return MadeOver(Matrix() if results else _to_source(owner, nearest) @ target.matrix_world, nearest in references)
+    to_source = results_to_source(owner) if results else _to_source(owner, nearest) @ target.matrix_world
+    return MadeOver(to_source, nearest in references)
+
+
+def results_to_source(owner: bpy.types.Object) -> Matrix:
+    """From the own coordinates of a result, a reference mesh for one, to those of the source object."""
+    return Matrix.Translation(results_shift(owner.refmesh.root))
 
 
 def _nearest(owner: bpy.types.Object, target: bpy.types.Object, references: list[bpy.types.Object]) -> bpy.types.Object:
@@ -60,4 +66,4 @@ def _world(item: bpy.types.Object) -> np.ndarray:
 def _to_source(owner: bpy.types.Object, item: bpy.types.Object) -> Matrix:
     """From world coordinates to those of the source object, for what lies over `item`, which may stand beside it."""
     inverted = item.matrix_world.inverted()
-    return inverted if item == owner else Matrix.Translation(results_shift(owner.refmesh.root)) @ inverted
+    return inverted if item == owner else results_to_source(owner) @ inverted

@@ -39,8 +39,8 @@ def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, to_source: 
     if to_source.determinant() < 0:
         mesh.flip_normals()
     path = output_folder(folder) / OWN_MESH_NAME
-    triangulated = _triangulated(mesh)
-    write_ply(path, triangulated.moved(triangulated.vertices + offset_of(owner.refmesh.root)))
+    triangles = triangulated(mesh)
+    write_ply(path, triangles.moved(triangles.vertices + offset_of(owner.refmesh.root)))
     _write_uvs(mesh, path.with_name(OWN_UVS_NAME))
     _keep(owner, mesh, path)
     return path
@@ -103,7 +103,8 @@ def _keep(owner: bpy.types.Object, mesh: bpy.types.Mesh, path: Path) -> None:
     owner.refmesh.own_mesh = mesh
 
 
-def _triangulated(mesh: bpy.types.Mesh) -> TriangleMesh:
+def triangulated(mesh: bpy.types.Mesh) -> TriangleMesh:
+    """The triangles of a Blender mesh, its vertices in their order, in the coordinates of its object."""
     mesh.calc_loop_triangles()
     corners = np.empty(3 * len(mesh.loop_triangles), dtype=np.int32)
     mesh.loop_triangles.foreach_get("vertices", corners)
