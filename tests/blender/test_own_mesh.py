@@ -10,6 +10,7 @@ import pytest
 from mathutils import Matrix
 
 import refmesh_addon
+from refmesh_addon.bridge.scene.far_origin import RESULTS_OFFSET, offset_of
 from refmesh_addon.bridge.scene.meshes import read_positions
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.settings import OVER_REFERENCE
@@ -130,6 +131,17 @@ def test_quadriflow_turns_a_copy_of_the_reference_mesh_into_the_mesh_of_the_take
     assert distances.max() < 0.03 * surface.diagonal
     run(one_mesh, tmp_path / "out", **ONE_MESH)
     assert polygons(one_mesh.refmesh.groups[0].deformed.data) == polygons(quads.data)
+
+
+@pytest.mark.parametrize("operator", ["use_own_mesh", "remesh_to_quads"])
+def test_results_about_another_offset_are_written_where_the_frames_are(blender, one_mesh, tmp_path, operator):
+    reference = one_mesh.refmesh.groups[0].reference
+    one_mesh.refmesh.root[RESULTS_OFFSET] = (offset_of(one_mesh.refmesh.root) + [100.0, 0.0, -50.0]).tolist()
+    blender.context.view_layer.objects.active = reference
+    getattr(blender.ops.refmesh, operator)()
+    expected, written = read_positions(reference.data) + [100.0, 0.0, -50.0], read_mesh(tmp_path / "out" / "own_mesh.ply").vertices
+    bounds = [(places.min(axis=0), places.max(axis=0)) for places in (expected, written)]
+    np.testing.assert_allclose(*bounds, atol=0.25)  # quads of this size round the poles off
 
 
 def test_quadriflow_takes_the_number_of_faces(blender, one_mesh):
