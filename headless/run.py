@@ -16,6 +16,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from argparse import ArgumentParser
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import TextIO
@@ -46,10 +47,7 @@ def main() -> int:
             return decode(bpy, own_arguments(bpy)[1:])
         parser = make_parser(bpy, __doc__)
         arguments = vars(parser.parse_args(own_arguments(bpy)))
-        if bool(arguments["input"]) == bool(arguments["batch"]):
-            parser.error("give either INPUT or --batch TAKES")
-        if arguments["export_job"] and (arguments["batch"] or arguments["export_job"][0] != "openjd"):
-            parser.error("--export-job takes openjd and a folder, and a single INPUT")
+        check_together(parser, arguments)
         if arguments["batch"]:
             return run_batch(batch_job(bpy, arguments), batch_columns(bpy))
         stdout = claim_stdout()
@@ -64,6 +62,14 @@ def main() -> int:
     if not arguments["quiet"]:
         print(*written_files(arguments), sep="\n", file=stdout, flush=True)
     return 0
+
+
+def check_together(parser: ArgumentParser, arguments: dict) -> None:
+    """Ends the script with exit code 2 for options that exclude each other."""
+    if bool(arguments["input"]) == bool(arguments["batch"]):
+        parser.error("give either INPUT or --batch TAKES")
+    if arguments["export_job"] and (arguments["batch"] or arguments["export_job"][0] != "openjd"):
+        parser.error("--export-job takes openjd and a folder, and a single INPUT")
 
 
 def decode(bpy, words: list[str]) -> int:
