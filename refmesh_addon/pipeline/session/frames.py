@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.capture.cleaning import MeshStatistics
 from ...core.capture.floaters import without_floaters
 from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
@@ -31,6 +32,31 @@ OPEN_SCHEMA = 1  # of how the surfaces of open takes are cleaned and given a vol
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
 
+class _Survey:
+    """What is small of each file, kept while the files are read one after the other.
+
+    facing : (3,) mean normal of each frame.  boxes : lowest and highest corner of each.  The others as in `Frames`.
+    """
+
+    def __init__(self) -> None:
+        self.counts: list[int] = []
+        self.inside_out: list[bool] = []
+        self.statistics: list[MeshStatistics] = []
+        self.facing: list[np.ndarray] = []
+        self.boxes: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def pieces(self, captured: CapturedSequence) -> Iterator[Pieces]:
+        """The pieces of each file, in order."""
+        for file in captured.files.values():
+            frame = file.captured
+            self.counts.append(len(frame.mesh.triangles))
+            self.inside_out.append(frame.inside_out)
+            self.statistics.append(frame.statistics)
+            self.facing.append(frame.facing)
+            self.boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
+            yield file.pieces
+
+
 class Frames:
     """Meshes of a sequence by index, seams closed, oriented outward.
 
@@ -48,26 +74,15 @@ class Frames:
     def __init__(self, sequence: Sequence, captured: CapturedSequence, requested: str = "auto"):
         self.sequence, self._files = sequence, captured.files
         self.keys = [captured.keys[index] for index in range(len(sequence.frames))]
-        self.counts, self.inside_out, self.statistics, facts, boxes = [], [], [], [], []
-
-        def surveyed() -> Iterator[Pieces]:
-            """Keeps what is small of each file, and yields its pieces."""
-            for file in captured.files.values():
-                frame = file.captured
-                self.counts.append(len(frame.mesh.triangles))
-                self.inside_out.append(frame.inside_out)
-                self.statistics.append(frame.statistics)
-                facts.append((frame.facing, frame.statistics))
-                boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
-                yield file.pieces
-
-        shown = visits(surveyed())
-        self.boxes = np.array(boxes)
+        survey = _Survey()
+        shown = visits(survey.pieces(captured))
+        self.counts, self.inside_out, self.statistics = survey.counts, survey.inside_out, survey.statistics
+        self.boxes = np.array(survey.boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
         self.kind = take_kind([surface_kind(one.capped, one.compactness, one.of_pieces) for one in self.statistics], requested)
-        self.take = open_take(self.kind, facts) if self.kind != CLOSED else None
+        self.take = open_take(self.kind, list(zip(survey.facing, survey.statistics, strict=True))) if self.kind != CLOSED else None
         # Of open takes, artifacts are left out first; which of their surfaces a frame shows is known by vertex.
         by_index = lambda rows: {index: pieces for index, pieces in enumerate(rows) if len(pieces) and self.take is None}
         self.transients, self.coming, self.leaving = (by_index(rows) for rows in (shown.transient, shown.coming, shown.leaving))
