@@ -19,12 +19,12 @@ _UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, OSError)
 
 def files_beside(path: Path) -> list[tuple[str, int, int, int]]:
     """Name, size and times of every picture and material library in the folder of a frame or below: what its colors depend on."""
-    found = []
+    entries = []
     for other in sorted(path.parent.rglob("*")):
         if other.suffix.lower() in (*EXTENSIONS, ".mtl") and other.is_file():
             state = other.stat()
-            found.append((other.relative_to(path.parent).as_posix(), state.st_size, state.st_mtime_ns, state.st_ctime_ns))
-    return found
+            entries.append((other.relative_to(path.parent).as_posix(), state.st_size, state.st_mtime_ns, state.st_ctime_ns))
+    return entries
 
 
 def files_read(data: bytes, path: Path) -> dict[str, bytes]:

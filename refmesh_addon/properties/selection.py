@@ -12,8 +12,8 @@ def sequence_object(context) -> bpy.types.Object | None:
         owner = _owner_of(active)
         if owner is not None:
             return owner
-    found = [candidate for candidate in context.scene.objects if candidate.refmesh.frames]
-    return found[0] if len(found) == 1 else None
+    sequences = [candidate for candidate in context.scene.objects if candidate.refmesh.frames]
+    return sequences[0] if len(sequences) == 1 else None
 
 
 def _owner_of(member) -> bpy.types.Object | None:

@@ -1,7 +1,7 @@
 """A Geometry Nodes modifier by which a deformed mesh knows which of its vertices a frame shows; it plays without the add-on.
 
 It looks the visibility up in a picture that is packed in the file, stores it as the attribute `visibility`, 0 to 1, which materials
-can fade by, and hides what is not shown, if told to.
+can fade by, and hides what is not shown, if its input says so.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def show_colors(owner: bpy.types.Object, colors: SourceColors | None) -> None:
     if not all(material is None or material.get(MARK) or material == plain_source() for material in mesh.materials):
         return
     if colors is None or len(colors.materials) != len(mesh.polygons) or not len(mesh.polygons):
-        _wear(mesh, [plain_source()])
+        _set_materials(mesh, [plain_source()])
         return
     name = f"{owner.name} color"
     materials = [_picture_material(f"{name} {index}", Path(picture)) for index, picture in enumerate(colors.pictures)]
@@ -46,12 +46,12 @@ def show_colors(owner: bpy.types.Object, colors: SourceColors | None) -> None:
     if colors.pictures:
         layer = mesh.uv_layers.get(UV_NAME) or mesh.uv_layers.new(name=UV_NAME)
         layer.uv.foreach_set("vector", np.ascontiguousarray(colors.uvs, np.float32).ravel())
-    _wear(mesh, materials)
+    _set_materials(mesh, materials)
     mesh.polygons.foreach_set("material_index", np.where(uncolored, len(materials) - 1, colors.materials).astype(np.int32))
     mesh.update()
 
 
-def _wear(mesh: bpy.types.Mesh, materials: list[bpy.types.Material]) -> None:
+def _set_materials(mesh: bpy.types.Mesh, materials: list[bpy.types.Material]) -> None:
     if list(mesh.materials) != materials:
         mesh.materials.clear()
         for material in materials:

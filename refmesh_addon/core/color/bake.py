@@ -47,9 +47,9 @@ class Capture:
 
     def searched(self, points: np.ndarray, normals: np.ndarray) -> Places:
         """Exact closest places of (N, 3) points with (N, 3) unit normals, on what faces the same way where that is near enough."""
-        found = self.index.query(points)
-        closest, triangles = np.array(found.points), found.triangles.astype(np.int32)
-        matched = self.compatible(normals, triangles) & (found.distances <= self._reach)
+        nearest = self.index.query(points)
+        closest, triangles = np.array(nearest.points), nearest.triangles.astype(np.int32)
+        matched = self.compatible(normals, triangles) & (nearest.distances <= self._reach)
         away = np.flatnonzero(~matched)
         again = self.index.query(points[away], self._reach, lambda query, triangle: self.compatible(normals[away[query]], triangle))
         better = again.triangles >= 0

@@ -12,7 +12,7 @@ from ..geometry.vectors import TINY
 
 # Weight against the area of the squared sides over the quality of a triangle. It decides between the many triangulations of a flat
 # polygon: three corners in line cost as much as large triangles, though they have no area.
-SLIVERS, WORST = 1e-4, 1e-4  # and the least quality that is told from 0
+SLIVERS, WORST = 1e-4, 1e-4  # and the least quality that is distinguished from 0
 
 
 def minimal_triangulation(corners: np.ndarray, barred: np.ndarray | None = None) -> np.ndarray | None:

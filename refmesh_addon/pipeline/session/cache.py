@@ -37,7 +37,7 @@ class Cache:
 
     An entry is complete or absent. One with another key, or one that is damaged, counts as absent.
     With `resume=False` so do all entries of earlier runs.
-    warn : told of each damaged entry.  shared : other processes work on other entries of the folder at the same time.
+    warn : called for each damaged entry.  shared : other processes work on other entries of the folder at the same time.
     """
 
     def __init__(

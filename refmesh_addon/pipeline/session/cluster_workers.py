@@ -25,7 +25,7 @@ LARGE_TASK = "1GiB"  # from which on Dask warns; the arrays of a frame are alway
 class ClusterWorkers:
     """The workers of a Dask scheduler, connected with the `with` block.
 
-    address : of the scheduler, such as tcp://host:8786.  warn : told once of each difference between a worker and this machine.
+    address : of the scheduler, such as tcp://host:8786.  warn : called once for each difference between a worker and this machine.
     Dask repeats the tasks of a worker that dies on another one.
     """
 
