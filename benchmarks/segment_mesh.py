@@ -93,7 +93,8 @@ def compared(spec: JobSpec, workers: Workers) -> dict[str, dict[str, float]]:
     """Figures of each choice."""
     context = Context.open(spec, job_sequence(spec), lambda *_: None, lambda line: print(line, file=sys.stderr), workers)
     tracking = track_sequence(context)
-    triangles = triangle_budget(spec.settings.reference.triangles, [context.frames.counts[frame] for frame in range(len(context.frames))])
+    needed = [frame.needed_triangles for frame in context.frames.statistics]
+    triangles = triangle_budget(spec.settings.reference.triangles, list(context.frames.counts), needed)
     budgets = [Settings.from_flat({**spec.settings.to_flat(), "triangles": count}) for count in (SAMPLED * triangles, triangles)]
     sampled, reduced = (replace(context, settings=settings) for settings in budgets)
     aligned = align_groups(sampled, tracking, group_frames(sampled, tracking, None, [tuple(range(len(context.frames)))], segment=True))

@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry.closest_point import ClosestPoints, SurfaceIndex
 from ..geometry.graph import connected_components
 from ..geometry.half_edges import HalfEdges
-from ..geometry.mesh import vertex_areas, vertex_normals
+from ..geometry.mesh import mean_edge_length, vertex_areas, vertex_normals
 from ..types import FrozenArrays, TriangleMesh
 from .sampled_surface import SampledSurface
 from .visibility import unseen
@@ -47,10 +47,13 @@ def extra_places(deformed: SurfaceIndex, source: SurfaceIndex, closest: ClosestP
 
 
 def missing_places(source: SurfaceIndex, deformed: SurfaceIndex) -> FarPlaces:
-    """Where the source is far from the deformed surface: what the capture shows and the result does not."""
+    """Where the source is far from the deformed surface: what the capture shows and the result does not.
+
+    What is smaller than half an edge of the deformed mesh, such as a corner of a coarse one, it cannot follow; that is no such place.
+    """
     mesh = source.mesh
     shares = deformed.query(mesh.vertices).distances / mesh.diagonal
-    return _parts(mesh, shares, np.flatnonzero(shares > FAR))
+    return _parts(mesh, shares, np.flatnonzero(shares > max(FAR, 0.5 * mean_edge_length(deformed.mesh) / mesh.diagonal)))
 
 
 def places_among(mesh: TriangleMesh, shares: np.ndarray, chosen: np.ndarray) -> FarPlaces:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from refmesh_addon.core.evaluation.far_places import FAR, MOST
+from refmesh_addon.core.evaluation.far_places import FAR, MOST, missing_places
 from refmesh_addon.core.evaluation.metrics import measure
+from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.types import TriangleMesh
 from tests.core.shapes import ball, box, joined
 
@@ -41,6 +42,15 @@ def test_a_single_vertex_that_sticks_out_is_a_place_however_few_samples_there_ar
     extra = measure(body, body.moved(spiky), 100).extra
     assert_allclose(extra.positions, spiky[[7]])
     assert not len(measure(body, body, 100).extra.distances)
+
+
+def test_what_is_smaller_than_half_an_edge_of_the_result_is_not_missing():
+    sides = (2.0, 1.0, 1.0)
+    source = box(sides, 6)
+    top = np.flatnonzero(source.vertices[:, 2] == source.vertices[:, 2].max())[10]
+    source = source.moved(source.vertices + np.eye(len(source.vertices))[top][:, None] * [0.0, 0.0, 1.5 * FAR * source.diagonal])
+    assert not len(missing_places(SurfaceIndex(source), SurfaceIndex(box(sides, 6))).distances)
+    assert_allclose(missing_places(SurfaceIndex(source), SurfaceIndex(box(sides, 60))).positions, source.vertices[[top]])
 
 
 def test_the_walls_of_a_contact_are_no_place():
