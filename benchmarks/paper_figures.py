@@ -146,6 +146,11 @@ def write_table(path: Path, rows: list[dict]) -> None:
         table.writerows(rows)
 
 
+def line_of(rows: list[dict], pipeline: str, centers: int, name: str) -> list[tuple[int, float]]:
+    """Group size and value of one line of the plot, from left to right in whatever order the rows were measured."""
+    return sorted((row["size"], row[name]) for row in rows if (row["pipeline"], row["centers"]) == (pipeline, centers))
+
+
 def plot(path: Path, rows: list[dict], title: str) -> None:
     """Distance over group size: mean and Hausdorff, a line for each pipeline and number of centers."""
     from matplotlib.figure import Figure  # drawn without a window, and only in this process
@@ -155,7 +160,7 @@ def plot(path: Path, rows: list[dict], title: str) -> None:
     axes = figure.subplots(1, 2)
     for side, name, label in zip(axes, ("source_to_deformed_mean", "source_to_deformed_max"), ("mean", "Hausdorff")):
         for pipeline, centers in sorted({(row["pipeline"], row["centers"]) for row in rows}):
-            line = [(row["size"], row[name]) for row in rows if (row["pipeline"], row["centers"]) == (pipeline, centers)]
+            line = line_of(rows, pipeline, centers, name)
             style = {"linestyle": LINES[pipeline], "marker": MARKERS.get(centers, "."), "color": COLORS.get(centers)}
             side.plot(*zip(*line), **style, label=f"{pipeline}, {centers} centers")
         side.set(xlabel="frames in the group", ylabel=f"{label} distance, % of the diagonal", title=title, yscale="log")
