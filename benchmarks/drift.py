@@ -8,8 +8,6 @@ with the closed-form motion of that place.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import tempfile
 import time
@@ -20,15 +18,15 @@ import numpy as np
 
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.geometry.mesh import mean_edge_length, sample_surface
-from refmesh_addon.core.settings import Settings, flat_fields
+from refmesh_addon.core.settings import Settings
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.report import read_report
 from refmesh_addon.pipeline.run import run
 from refmesh_addon.pipeline.session.job import JobSpec
 
-from .common import assignment
-from .frames import CACHE, frames_folder
+from .frames import frames_folder
+from .generated_takes import run_takes
 from .trajectories import CASES, Case
 
 SAMPLES = 20_000  # on a surface, of its distance from its source
@@ -137,21 +135,7 @@ def measured(name: str, counts: tuple[int, int], settings: Settings, cache: Path
 
 def main() -> None:
     """Runs every case, prints a table and then one line of JSON."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    forwards = [name for name, (_, backwards) in CASES.items() if not backwards]
-    parser.add_argument("--cases", nargs="+", default=list(SEEN), choices=forwards, metavar="CASE", help=f"of {', '.join(forwards)}")
-    parser.add_argument("--frames", type=int, default=10, help="how many are taken, from the first on (default: %(default)s)")
-    parser.add_argument("--of", type=int, default=30, help="frames from time 0 to 1 (default: %(default)s)")
-    to_setting = assignment(flat_fields())
-    parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any setting of the job")
-    parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
-    arguments = parser.parse_args()
-    settings, results = Settings.from_flat({"resolution": 128, **dict(arguments.set)}), {}
-    for name in arguments.cases:
-        results[name] = measured(name, (arguments.frames, arguments.of), settings, arguments.cache)
-        print(f"{name:8}", *(f"{key} {value:g}" for key, value in results[name].items()), sep="  ", flush=True)
-    counts = {"frames": arguments.frames, "of": arguments.of}
-    print(json.dumps({"benchmark": "drift", **counts, "settings": settings.to_flat(), "cases": results}))
+    run_takes("drift", __doc__, SEEN, measured)
 
 
 if __name__ == "__main__":
