@@ -60,9 +60,9 @@ def obj_lines(data: bytes) -> list[bytes]:
     return _joined(lines) if b"\\" in data else lines
 
 
-def library_names(data: bytes) -> list[str]:
-    """The material libraries that an OBJ names, each once, with forward slashes."""
-    words = (line.split(None, 1) for line in obj_lines(data) if line.lstrip()[:6].lower() == b"mtllib")
+def library_names(lines: list[bytes]) -> list[str]:
+    """The material libraries that the lines of an OBJ name, each once, with forward slashes."""
+    words = (line.split(None, 1) for line in lines if line.lstrip()[:6].lower() == b"mtllib")
     names = (rest[0].decode("utf-8", "replace").strip().replace("\\", "/") for _, *rest in words if rest)
     return list(dict.fromkeys(names))
 

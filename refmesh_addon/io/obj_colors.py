@@ -24,14 +24,14 @@ def obj_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
     Raises ValueError, in words, for an OBJ that cannot be read, RefMeshError for an image that cannot be decoded.
     """
     lines = obj_lines(data)
-    if _is_plain(lines, data, files):
+    if _is_plain(lines, files):
         return None
     vertices, triangles, _ = parse_obj(data)
     faces = _Faces.of(lines)
     uvs, mapped, materials = faces.triangles()
     if len(uvs) != len(triangles):
         raise ValueError(f"{len(uvs)} of its {len(triangles)} triangles have corners that can be understood")
-    library = _materials(data, files)
+    library = _materials(lines, files)
     named = [library.get(name, WHITE) for name in faces.names]
     images, place = _images(named, np.unique(materials[mapped]), files)
     colored = _vertex_colors(lines, len(vertices))
@@ -42,10 +42,10 @@ def obj_appearance(data: bytes, files: TextureFiles) -> Appearance | None:
     return Appearance(TriangleMesh(vertices, triangles), uvs, np.where(mapped, place[materials], -1), colors, images)
 
 
-def _is_plain(lines: list[bytes], data: bytes, files: TextureFiles) -> bool:
+def _is_plain(lines: list[bytes], files: TextureFiles) -> bool:
     """Whether nothing colors the file, which its first vertex and the files beside it tell without parsing the rest."""
     first = next((line for line in lines if line.lstrip()[:2] in (b"v ", b"v\t")), b"")
-    return len(_color_of(first)) < 3 and not library_names(data) and files.by_number() is None
+    return len(_color_of(first)) < 3 and not library_names(lines) and files.by_number() is None
 
 
 def obj_uvs(data: bytes) -> np.ndarray | None:
@@ -120,9 +120,9 @@ def _numbers(coordinates: list[list[bytes]]) -> np.ndarray:
     return np.array([[float(value) for value in (*pair, b"0")[:2]] for pair in coordinates], np.float32)
 
 
-def _materials(data: bytes, files: TextureFiles) -> dict[str, Material]:
+def _materials(lines: list[bytes], files: TextureFiles) -> dict[str, Material]:
     result: dict[str, Material] = {}
-    for name in library_names(data):
+    for name in library_names(lines):
         library = files.read(name)
         if library is None and not files.notes:
             files.notes.append(f"{files.frame}: names the material library '{name}', which is not there")

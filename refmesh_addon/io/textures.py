@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from .mtl import map_names
-from .obj import library_names
+from .obj import library_names, obj_lines
 from .texture_files import TextureFiles
 
 
@@ -17,7 +17,7 @@ def missing_textures(data: bytes, path: Path) -> tuple[str, ...]:
     if path.suffix.lower() != ".obj":
         return ()
     files, missing = TextureFiles(path), []
-    for library in library_names(data):
+    for library in library_names(obj_lines(data)):
         content = files.read(library)
         if content is None:
             missing.append(library)
