@@ -3,8 +3,9 @@ PYTHON ?= $(or $(shell command -v python3.11),python3)
 RUN := PYTHONPATH=. .venv/bin/python
 SAMPLE := sample_scenes/textured_grasp/frames
 DEMO := build/demo
-# bpy and pymeshlab do not share a process well, so tests that need bpy get one of their own.
+# bpy and pymeshlab do not share a process well, so tests that need bpy get one of their own, beside that of the others.
 BPY_TESTS := tests/blender tests/headless
+BPY_TESTS_LOG := build/tests_with_bpy.log
 PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
@@ -24,10 +25,11 @@ demo: environment
 
 ## make test       all tests
 test: environment
-	@status=0; \
+	@mkdir -p build
+	@$(PYTEST) $(BPY_TESTS) > $(BPY_TESTS_LOG) 2>&1 & with_bpy=$$!; status=0; \
 	$(PYTEST) tests $(BPY_TESTS:%=--ignore=%) || status=1; \
-	$(PYTEST) $(BPY_TESTS) || status=1; \
-	exit $$status
+	wait $$with_bpy || status=1; \
+	cat $(BPY_TESTS_LOG); exit $$status
 
 ## make fuzz       read 100,000 damaged files of all kinds in child processes with limits, and decode 20,000 damaged .refmesh files
 fuzz: environment
