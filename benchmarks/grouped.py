@@ -17,7 +17,7 @@ from refmesh_addon.core.evaluation.distances import TwoSidedDistance
 from refmesh_addon.core.evaluation.metrics import surface_distance
 from refmesh_addon.core.geometry.mesh import merged, triangle_areas, vertex_components
 from refmesh_addon.core.reference.budget import points_per_frame, triangle_budget
-from refmesh_addon.core.reference.group import GroupCenters, align_frame, anchor_frame, group_surface, place_centers
+from refmesh_addon.core.reference.group import GroupCenters, GroupTracks, align_frame, anchor_frame, group_surface, place_centers
 from refmesh_addon.core.reference.mapping import FrameMap, spline_mapped
 from refmesh_addon.core.settings import DeformationSettings, ReferenceSettings, TrackingSettings
 from refmesh_addon.core.surfacing.hole_caps import CappedMesh, smoothly_capped
@@ -91,7 +91,7 @@ class Reference:
 
 def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Reference:
     """Ours, or with other settings the paper's: what the reference stage makes of all frames of the take as one group."""
-    group = place_centers(take.positions, take.affinity, take.spacing, settings)
+    group = place_centers(GroupTracks(take.positions, take.affinity, take.spacing), settings)
     needed = [needed_triangles(mesh) for mesh in take.meshes]
     budget = triangle_budget(settings.triangles, [len(mesh.triangles) for mesh in take.meshes], needed)
     count = points_per_frame(budget, len(take.meshes))

@@ -20,7 +20,7 @@ from refmesh_addon.core.deformation.keypoints import find_keypoints
 from refmesh_addon.core.deformation.matching import Matches, MatchSettings, match_keypoints
 from refmesh_addon.core.deformation.patches import PATCH_RADIUS, Patches, surface_patches
 from refmesh_addon.core.geometry.mesh import mean_edge_length
-from refmesh_addon.core.reference.group import place_centers
+from refmesh_addon.core.reference.group import GroupTracks, place_centers
 from refmesh_addon.core.reference.mapping import FrameMap
 from refmesh_addon.core.settings import ReferenceSettings, TrackingSettings
 from refmesh_addon.core.types import TriangleMesh
@@ -87,7 +87,7 @@ class States:
         reference, frame = (surface_patches(mesh, find_keypoints(mesh, length), PATCH_RADIUS * length) for mesh in (first, last))
         states = [state for state, _ in tracked(meshes, SETTINGS)]
         positions, affinity = np.stack([state.centers for state in states]), states[-1].affinity
-        group = place_centers(positions, affinity.weights(), affinity.spacing, ReferenceSettings())
+        group = place_centers(GroupTracks(positions, affinity.weights(), affinity.spacing), ReferenceSettings())
         carrier = FrameMap(first, positions[0], group.affinity, group.spacing)
         body = np.zeros(len(reference.positions), dtype=int)
         truth = sequence.motion(sequence.rest(reference.positions, body, 0.0), body, 1.0)

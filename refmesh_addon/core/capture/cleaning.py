@@ -14,6 +14,7 @@ from ..types import TriangleMesh
 from .openness import LARGEST_CAPPED, capped_share, compactness, compactness_of_pieces
 from .orientation import flipped_patches, inside_out_bodies, reoriented
 from .resolution import needed_triangles
+from .rims import rim_excess
 from .seams import stitched
 from .sheet_orientation import turned_pieces
 from .strays import without_strays
@@ -26,6 +27,7 @@ class MeshStatistics:
     inward : share of the area that faced inward.  capped : share of the closed surface that caps holes.
     compactness, of_pieces : of the closed surface, and the mean of its connected pieces, see `openness`.
     area : of the surface, scene units squared.  needed_triangles : that a mesh of its shape needs, see `resolution`.
+    rim_excess : how ragged the rims of its holes are, see `rims`.
     strays : triangles left out because they are far from everything else.  stray_place : (3,) of the first of them, empty without.
     All but `vertices` and `strays` are without these.
     """
@@ -40,6 +42,7 @@ class MeshStatistics:
     of_pieces: float
     area: float
     needed_triangles: int
+    rim_excess: float
     strays: int
     stray_place: tuple[float, ...]
 
@@ -81,6 +84,7 @@ def cleaned(mesh: TriangleMesh) -> CapturedFrame:
         of_pieces=compactness_of_pieces(closed),
         area=float(areas.sum()),
         needed_triangles=needed_triangles(outward),
+        rim_excess=rim_excess(outward),
         strays=len(strays),
         stray_place=tuple(joined.vertices[joined.triangles[strays[:1]]].mean(axis=1).ravel().tolist()),
     )

@@ -27,8 +27,8 @@ class FrameStatistics:
     """What is known of one frame; where it cannot be read, only `number` and `error` mean anything.
 
     error : why it cannot be read, "" where it can.  content : equal for frames of equal content.
-    vertices, diagonal, volume, open_edges, inward, capped, compactness, of_pieces, area, needed_triangles, strays, stray_place : see
-    `MeshStatistics`.
+    vertices, diagonal, volume, open_edges, inward, capped, compactness, of_pieces, area, needed_triangles, rim_excess, strays,
+    stray_place : see `MeshStatistics`.
     missing_textures : files that the frame refers to and that do not exist.
     omitted_faces : faces of the file that have fewer than three corners.
     """
@@ -46,6 +46,7 @@ class FrameStatistics:
     of_pieces: float = 1.0
     area: float = 0.0
     needed_triangles: int = 0
+    rim_excess: float = 0.0
     strays: int = 0
     stray_place: tuple[float, ...] = ()
     missing_textures: tuple[str, ...] = ()

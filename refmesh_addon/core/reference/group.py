@@ -30,6 +30,20 @@ from .support import without_bubbles
 
 
 @dataclass(frozen=True)
+class GroupTracks(FrozenArrays):
+    """What the reference centers of a group are made from.
+
+    positions : (F, C, 3) tracked centers, scene units.  weights : (C, C) affinities of the tracking.  spacing : s, scene units.
+    rim_excess : (F,) how ragged the rims of each frame's holes are, see `rims`; None where they do not count.
+    """
+
+    positions: np.ndarray
+    weights: sparse.csr_matrix
+    spacing: float
+    rim_excess: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
 class GroupCenters(FrozenArrays):
     """What all frames of a group share: centers in reference positions and their affinity.
 
@@ -81,22 +95,16 @@ class ReferenceMesh(FrozenArrays):
 
 
 def place_centers(
-    positions: np.ndarray,
-    weights: sparse.csr_matrix,
-    spacing: float,
-    settings: ReferenceSettings,
-    bodies: np.ndarray | None = None,
-    by_body: bool = False,
+    tracks: GroupTracks, settings: ReferenceSettings, bodies: np.ndarray | None = None, by_body: bool = False
 ) -> GroupCenters:
     """Reference centers and affinity of a group.
 
-    positions : (F, C, 3) tracked centers, scene units.  weights : (C, C) affinities of the tracking.  spacing : s, scene units.
     bodies : (C,) marked bodies that must be apart, as `marked_bodies` gives them; None for none.
     by_body : distances between bodies that the take has shown apart do not shape either, as over a long run of frames.
     """
-    weights = within_bodies(weights, bodies)
+    positions, spacing, weights = tracks.positions, tracks.spacing, within_bodies(tracks.weights, bodies)
     own = bodies_of(positions[0], weights) if by_body else None
-    reference = reference_centers(positions, counted=settings.stress, bodies=own)
+    reference = reference_centers(positions, counted=settings.stress, bodies=own, rim_excess=tracks.rim_excess)
     affinity = group_affinity(positions, reference.anchor, weights, spacing).weights()
     # Bodies that the whole take has shown apart are two also in a group that never shows them apart.
     affinity = within_bodies(within_bodies(affinity, bodies_of(reference.positions, weights)), bodies)

@@ -26,7 +26,7 @@ from .cached_map import WorkUnit, cached_map
 from .session import Session
 from .stage_share import StageShare
 
-FRAME_SCHEMA = 11
+FRAME_SCHEMA = 12
 
 
 @dataclass(frozen=True)

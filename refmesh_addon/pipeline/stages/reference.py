@@ -16,6 +16,7 @@ from ...core.reference.cap_points import counting
 from ...core.reference.group import (
     AlignedFrame,
     GroupCenters,
+    GroupTracks,
     ReferenceMesh,
     align_frame,
     anchor_frame,
@@ -40,7 +41,7 @@ from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
-REFERENCE_SCHEMA = 13
+REFERENCE_SCHEMA = 14
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
@@ -173,7 +174,9 @@ def _placing(context: Context, tracking: TrackingResult, group: FrameGroup, bodi
         first = group.frames[0]
         positions, settings = tracking.centers_in(group.frames), context.settings.reference
         own = None if bodies is None else bodies[tracking.members(first)]
-        return positions, tracking.affinity_at(first), tracking.range_of(first).spacing, settings, own, group.segment
+        rims = np.array([context.frames.statistics[frame].rim_excess for frame in group.frames])
+        tracks = GroupTracks(positions, tracking.affinity_at(first), tracking.range_of(first).spacing, rims)
+        return tracks, settings, own, group.segment
 
     return WorkUnit(f"{group.folder}reference/centers_{group.index:03d}", group.key, arguments, context.numbers[group.frames[0]])
 
