@@ -1,8 +1,8 @@
-"""Whether a long take needs more memory, or more processor time per frame, than a short one: whole jobs by the real worker process.
+"""Whether long takes need more memory, or more processor time per frame, than short ones: whole jobs by the real worker process.
 
-    python -m benchmarks.memory [--frames 30 300] [--until evaluation] [--source sample_scenes/textured_grasp/frames]
+    python -m benchmarks.memory [--frames 30 300 ...] [--until evaluation] [--source sample_scenes/textured_grasp/frames]
 
-The long take is the short one played to and fro, so that its groups hold the same frames; with pictures beside the frames of --source,
+Longer takes are the first one played to and fro, so that its groups hold the same frames; with pictures beside the frames of --source,
 colors are brought over too. All stages run, and one mesh serves the take (--segments long). Meshes are of usual size, so that anything
 that is held of every frame shows; the settings spare all work that memory does not depend on. The peak is that of the main process and,
 for each worker process, that of the largest: which of them gets the largest group is chance. The size of the cache is told too.
@@ -152,9 +152,9 @@ def generated(arguments: argparse.Namespace) -> Path:
 
 
 def main() -> None:
-    """Runs a short and a long take, prints a table and then one line of JSON."""
+    """Runs takes of each length, prints a table and then one line of JSON; its ratios are of the last take to the first."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", nargs=2, type=int, default=(30, 300), metavar=("SHORT", "LONG"))
+    parser.add_argument("--frames", nargs="+", type=int, default=(30, 300))
     parser.add_argument("--centers", type=int, default=100)
     parser.add_argument("--resolution", type=int, default=64)
     parser.add_argument("--triangles", type=int, default=15_000, help="of each reference mesh (default: %(default)s)")
@@ -178,7 +178,7 @@ def main() -> None:
             f"{take.cache / take.frames / 2**20:.2f} MiB of cache a frame",
             flush=True,
         )
-    short, long = takes
+    short, long = takes[0], takes[-1]
     figures = {"frames": arguments.frames, "until": arguments.until}
     figures |= {f"{name}_mebibytes": [round(getattr(take, name) / 2**20, 1) for take in takes] for name in ("main", "worker", "peak")}
     figures |= {"peak_ratio": long.peak / short.peak, "pace": [take.pace for take in takes], "pace_ratio": long.pace / short.pace}

@@ -28,7 +28,8 @@ from .stages.own_mesh import check_own
 from .stages.reconstruction import check_available
 from .stages.reference import References, make_references
 from .stages.reference_report import write_references
-from .stages.segments import SegmentPlan, first_plan, reviewed
+from .stages.segment_review import cut_by_probes, with_own_meshes
+from .stages.segments import FINAL, PLANNED, SegmentPlan, first_plan
 from .stages.steps import REVIEW, TRACK
 from .stages.tracking import track_sequence
 from .stages.tracking_by_group import track_groups
@@ -74,7 +75,7 @@ def compute(spec: JobSpec, sequence: Sequence, notify: Notify, warn: Callable[[s
         tracking = _tracked(context)
         if step == TRACK:
             return
-        _, references = _references(context, tracking, DEFORMATION in spec.stages)
+        _, references = _probed(context, tracking, step == REVIEW)
         if step != REVIEW and DEFORMATION in spec.stages:
             deformed = deform(context, tracking, references)
             evaluate(context, deformed)
@@ -95,7 +96,9 @@ def _run_stages(spec: JobSpec, context: Context) -> None:
         tracking = _tracked(context)
         write_tracking(context, tracking)
     if REFERENCE in spec.stages:
-        plan, references = _references(context, tracking, DEFORMATION in spec.stages)
+        plan, references = _probed(context, tracking, DEFORMATION in spec.stages)
+        if DEFORMATION in spec.stages:
+            plan, references = _reviewed(context, tracking, plan, references)
         with context.timed(REFERENCE):
             write_references(context, tracking, references, plan.reasons)
     if DEFORMATION in spec.stages:
@@ -119,16 +122,26 @@ def _tracked(context: Context) -> TrackingResult:
     return optimize_globally(context, track_sequence(context))
 
 
-def _references(context: Context, tracking: TrackingResult, to_deform: bool) -> tuple[SegmentPlan, References]:
-    """The runs of frames that share a mesh, with their meshes. What one mesh serves shows only once it is deformed to the frames."""
+def _probed(context: Context, tracking: TrackingResult, to_probe: bool) -> tuple[SegmentPlan, References]:
+    """The runs of frames that share a mesh, with their meshes. What one mesh serves shows only once it is deformed to some frames."""
     with context.timed(REFERENCE):
         plan = first_plan(context, tracking)
         references = make_references(context, tracking, plan.grouped)
-    while to_deform and not plan.final:  # ends: `segments` allows a few rounds
-        with context.timed(DEFORMATION):
-            deformed = deform(context, tracking, references)
-        with context.timed(EVALUATION):
-            plan = reviewed(context, tracking, plan, deformed)
-        with context.timed(REFERENCE):
-            references = make_references(context, tracking, plan.grouped)
-    return plan, references
+    if not to_probe or plan.state != PLANNED:
+        return plan, references
+    with context.timed(DEFORMATION):
+        plan = cut_by_probes(context, tracking, plan, references)
+    with context.timed(REFERENCE):
+        return plan, make_references(context, tracking, plan.grouped)
+
+
+def _reviewed(context: Context, tracking: TrackingResult, plan: SegmentPlan, references: References) -> tuple[SegmentPlan, References]:
+    """The same once all frames are deformed and measured; those that no probe stood for may need other meshes."""
+    if plan.state == FINAL:
+        return plan, references
+    with context.timed(DEFORMATION):
+        deformed = deform(context, tracking, references)
+    with context.timed(EVALUATION):
+        plan = with_own_meshes(context, tracking, plan, references, deformed)
+    with context.timed(REFERENCE):
+        return plan, make_references(context, tracking, plan.grouped)

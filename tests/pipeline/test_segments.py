@@ -4,15 +4,35 @@ import numpy as np
 import pytest
 import trimesh
 
+from refmesh_addon.core.deformation.deformer import deform_reference
+from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
+from refmesh_addon.pipeline.run import run
+from refmesh_addon.pipeline.session.job import JobSpec
+from refmesh_addon.pipeline.stages.groups import FrameGroup
+from refmesh_addon.pipeline.stages.reference import GroupedFrames
+from refmesh_addon.pipeline.stages.segment_review import AFTER_OWN, EXTRA, LEAST_EXTRA, OWN_MESH, cuts_around
+from refmesh_addon.pipeline.stages.segments import FINAL, PROBED, SegmentPlan
 
-from .conftest import FRAMES
-from .running import cache_entries, finish, remade, report, results
+from .conftest import FRAMES, TINY
+from .running import cache_entries, finish, remade, report, results, shared_workers
 
 
 def runs(output):
     return [group["frames"] for group in report(output)["groups"]]
+
+
+class CountingWorkers:
+    """The shared processes, and how many frames they have deformed."""
+
+    def __init__(self):
+        self.count, self.fit_memory, self.deformed = shared_workers().count, shared_workers().fit_memory, 0
+
+    def map(self, function, tasks, poll):
+        for outcome in shared_workers().map(function, tasks, poll):
+            self.deformed += function is deform_reference
+            yield outcome
 
 
 @pytest.fixture(scope="module")
@@ -45,12 +65,24 @@ def test_a_given_number_of_frames_or_given_starts_are_kept_to(two_balls, tmp_pat
 
 
 def test_another_run_begins_where_the_mesh_no_longer_serves_and_says_why(ball_to_ring, tmp_path):
-    finish(ball_to_ring, tmp_path, segments="long", group_size=2)
+    settings, workers = Settings.from_flat({**TINY.to_flat(), "segments": "long", "group_size": 2}), CountingWorkers()
+    run(JobSpec(str(ball_to_ring), str(tmp_path), settings=settings), lambda *_: None, lambda _: None, workers)
     assert 4 in [frames[0] for frames in runs(tmp_path)]
     assert len(runs(tmp_path)) < 4, "fewer meshes than groups"
     reason = next(group["reason"] for group in report(tmp_path)["groups"] if group["frames"][0] == 4)
     assert reason.startswith("one mesh does not serve both sides: frame") and "%" in reason
     assert [frame["number"] for frame in report(tmp_path)["frames"]] == list(range(8))
+    assert workers.deformed <= 8 + max(EXTRA * 8, LEAST_EXTRA) + len(runs(tmp_path)) - 1, "with hand-overs"
+
+
+def test_a_group_with_a_mesh_of_its_own_leaves_the_mesh_of_its_run_to_the_frames_around_it():
+    run = FrameGroup(0, tuple(range(10)), None, "key", tuple(range(10)), segment=True)
+    plan = SegmentPlan(GroupedFrames((run,), None), ("the take begins",), PROBED)
+    cuts = cuts_around(plan, {(0, 1): OWN_MESH + "a", (4, 5): OWN_MESH + "b", (6, 7): OWN_MESH + "c"}, spent=6)
+    assert cuts.starts.tolist() == [0, 2, 4, 6, 8] and cuts.own.tolist() == [True, False, True, True, False]
+    assert cuts.sources.tolist() == [[0, 2], [0, 10], [4, 6], [6, 8], [0, 10]]
+    assert cuts.reasons == (OWN_MESH + "a", AFTER_OWN + "a", OWN_MESH + "b", OWN_MESH + "c", AFTER_OWN + "c")
+    assert (cuts.state, cuts.spent) == (FINAL, 6)
 
 
 def test_a_second_run_computes_nothing_and_gives_the_same(ball_to_ring, tmp_path):

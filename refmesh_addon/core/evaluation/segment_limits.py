@@ -7,6 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.closest_point import SurfaceIndex
+from ..types import FrozenArrays, TriangleMesh
+from .distances import Distances
+from .metrics import SEED
+from .sampled_surface import SampledSurface
+from .stretch import RestShape
+
 # A mesh of the whole segment may be this many times as far from the source as the group's own, in the mean and at the 99th percentile:
 # seen side by side, distances that differ by less look the same.
 MEAN_RATIO, P99_RATIO = 1.5, 2.0
@@ -17,7 +24,7 @@ OVERSTRETCHED_MORE = 0.01  # share of the surface that may be over-stretched bey
 
 
 @dataclass(frozen=True)
-class FrameFigures:
+class FrameFigures(FrozenArrays):
     """How well a mesh serves one frame.
 
     mean, p99 : distance from source to deformed mesh, shares of the diagonal.  flipped : share of the triangles.
@@ -33,18 +40,42 @@ class FrameFigures:
 USUAL = FrameFigures(mean=1e-4, p99=6e-4, flipped=0.0, overstretched=0.0)
 
 
+def frame_figures(rest: TriangleMesh, vertices: np.ndarray, flipped: float, source: TriangleMesh, samples: int) -> FrameFigures:
+    """The figures of one frame.
+
+    rest : the reference mesh.  vertices : (R, 3) where it is deformed to.  source : what it was fitted to.
+    samples : points on the source, of which the distances are; shares of its diagonal.
+    """
+    points = SampledSurface.of(source, samples, np.random.default_rng(SEED)).points
+    distances = Distances.of(SurfaceIndex(rest.moved(vertices)).query(points).distances / source.diagonal)
+    return FrameFigures(distances.mean, distances.p99, flipped, RestShape(rest).overstretched(vertices))
+
+
 def passed_limits(frame: FrameFigures, own: FrameFigures) -> list[str]:
     """The limits that the segment's mesh passes in a frame, in words with both figures; none where it serves the frame.
 
     own : figures of a mesh made for the frame's group alone.
     """
-    pairs = [
-        ("mean distance", frame.mean, own.mean, max(MEAN_RATIO * own.mean, MEAN_FLOOR), 3),
-        ("99th percentile of the distance", frame.p99, own.p99, max(P99_RATIO * own.p99, P99_FLOOR), 3),
-        ("flipped triangles", frame.flipped, own.flipped, own.flipped + FLIPPED_MORE, 2),
-        ("over-stretched surface", frame.overstretched, own.overstretched, own.overstretched + OVERSTRETCHED_MORE, 1),
+    rows = [
+        ("mean distance", frame.mean, own.mean, 3),
+        ("99th percentile of the distance", frame.p99, own.p99, 3),
+        ("flipped triangles", frame.flipped, own.flipped, 2),
+        ("over-stretched surface", frame.overstretched, own.overstretched, 1),
     ]
-    return [f"{name} {value:.{digits}%} against {other:.{digits}%}" for name, value, other, limit, digits in pairs if value > limit]
+    pairs = zip(rows, _limits(own), strict=True)
+    return [f"{name} {value:.{digits}%} against {other:.{digits}%}" for (name, value, other, digits), limit in pairs if value > limit]
+
+
+def excess(frame: FrameFigures, own: FrameFigures) -> float:
+    """The largest of a frame's figures as a multiple of its limit; above 1 where one is passed. Arguments as of `passed_limits`."""
+    figures = frame.mean, frame.p99, frame.flipped, frame.overstretched
+    return max(value / limit for value, limit in zip(figures, _limits(own), strict=True))
+
+
+def _limits(own: FrameFigures) -> tuple[float, float, float, float]:
+    """Of mean, p99, flipped and overstretched."""
+    distances = max(MEAN_RATIO * own.mean, MEAN_FLOOR), max(P99_RATIO * own.p99, P99_FLOOR)
+    return (*distances, own.flipped + FLIPPED_MORE, own.overstretched + OVERSTRETCHED_MORE)
 
 
 def usual_figures(frames: Sequence[FrameFigures]) -> FrameFigures:

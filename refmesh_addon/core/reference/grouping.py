@@ -82,12 +82,26 @@ def least_strained_cut(positions: np.ndarray, affinity: sparse.csr_matrix, candi
 
     positions : (F, C, 3) tracked centers.  affinity : (C, C) weights; only pairs with affinity count.  candidates : rows, none of them 0.
     """
+    distances = _sampled_distances(positions, affinity)
+    missed = lambda part: float(((part.max(axis=0) - part) ** 2).sum())
+    return min(candidates, key=lambda start: missed(distances[:start]) + missed(distances[start:]))
+
+
+def frame_stress(positions: np.ndarray, affinity: sparse.csr_matrix) -> np.ndarray:
+    """(F,) squared stress of each frame of a run against the largest distances in it, scene units squared: how much it is deformed.
+
+    positions : (F, C, 3) tracked centers.  affinity : (C, C) weights; only pairs with affinity count.
+    """
+    distances = _sampled_distances(positions, affinity)
+    return ((distances.max(axis=0) - distances) ** 2).sum(axis=1)
+
+
+def _sampled_distances(positions: np.ndarray, affinity: sparse.csr_matrix) -> np.ndarray:
+    """(F, P) distances between MAX_PAIRS pairs of centers with affinity, evenly chosen, or all of them."""
     pairs = sparse.triu(affinity, 1).tocoo()
     chosen = np.unique(np.linspace(0, len(pairs.row) - 1, min(len(pairs.row), MAX_PAIRS)).astype(int))
     first, second = pairs.row[chosen], pairs.col[chosen]
-    distances = np.array([np.linalg.norm(centers[first] - centers[second], axis=1) for centers in positions])
-    missed = lambda part: float(((part.max(axis=0) - part) ** 2).sum())
-    return min(candidates, key=lambda start: missed(distances[:start]) + missed(distances[start:]))
+    return np.array([np.linalg.norm(centers[first] - centers[second], axis=1) for centers in positions])
 
 
 def _misfits(distances: np.ndarray) -> np.ndarray:

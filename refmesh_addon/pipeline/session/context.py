@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -91,6 +91,10 @@ class Context(Session):
         yield
         self.report.seconds[stage] = self.report.seconds.get(stage, 0.0) + time.perf_counter() - start
         self.write_report()
+
+    def without_progress(self) -> Context:
+        """The same for work that is no fixed share of a stage: it can be cancelled, and names its frames."""
+        return replace(self, notify=lambda stage, frame, *_: self.notify(stage, frame, 0.0))
 
     def remove_stale(self, pattern: str, keep: list[str]) -> None:
         """Removes results of earlier runs that match and are not among the paths to keep, all relative to the output folder."""

@@ -27,8 +27,8 @@ from .tracking_result import TrackingResult
 from .transients import GroupTransients
 
 DEFORMATION_SCHEMA = 14
-SMOOTHING_SCHEMA = 2
-BLOCK = 10  # frames of a run that are smoothed together
+SMOOTHING_SCHEMA = 3
+BLOCK = 10  # frames of a run that are smoothed together; the first has a multiple of it as index, wherever the run begins
 # Parts of the stage's time, roughly.
 DEFORMING = StageShare(DEFORMATION, 0.0, 0.95)
 SMOOTHING = StageShare(DEFORMATION, 0.95, 1.0)
@@ -71,17 +71,25 @@ class DeformedSequence:
 
     groups : with keys of all that their deformed meshes depend on.  references : by index of the group, with transient pieces.
     smoothed : by index of the group and of the block, as `blocks` divides its frames.  transients : by index of the group.
+    block_keys : of all that each block depends on.
     """
 
     groups: tuple[FrameGroup, ...]
     references: Mapping[int, ReferenceMesh]
     smoothed: Mapping[tuple[int, int], SmoothedBlock]
     transients: Mapping[int, GroupTransients]
+    block_keys: Mapping[tuple[int, int], str]
     _anchors: dict[int, np.ndarray] = field(default_factory=dict)
 
     def mesh(self, group: FrameGroup, frame: int) -> TriangleMesh:
         """The reference mesh of a group in a frame that it reaches, by index."""
         return self.references[group.index].mesh.moved(self.row(group, group.reached.index(frame)).vertices)
+
+    def frame_key(self, group: FrameGroup, frame: int) -> str:
+        """Of all that the mesh of a frame depends on: cuts far from it change nothing."""
+        row = group.reached.index(frame)
+        key = self.block_keys[group.index, next(index for index, (_, end) in enumerate(blocks(group)) if row < end)]
+        return digest(key, group.frames) if group.index in self.transients else key
 
     def row(self, group: FrameGroup, row: int) -> SmoothedFrame:
         """One of the frames that a group reaches, by its position among them."""
@@ -118,29 +126,46 @@ def deform(
 
     ready : called for each group as soon as its frames are done, with a sequence from which that group can be read.
     """
-    settings = replace(context.settings.deformation, steady_frames=0)  # smoothing comes later, on all frames of a group
-    groups = [replace(group, key=digest(DEFORMATION_SCHEMA, group.key, asdict(settings))) for group in references.groups]
+    groups = fitting_groups(context, references)
     pairs = [(group, frame) for group in groups for frame in group.reached]
     units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
     fitted = CachedResults(context.cache, units, DeformedFrame)
     smooth_groups = tuple(replace(group, key=_smoothing_key(context, group)) for group in groups)
     parts = [(group, index, block) for group in smooth_groups for index, block in enumerate(blocks(group))]
-    smoothing = {(group.index, index): _smoothing(context, references, fitted, group, block) for group, index, block in parts}
+    smoothing = {(group.index, index): _smoothing(context, references, fitted, groups[group.index], block) for group, index, block in parts}
+    keys = {name: unit.key for name, unit in smoothing.items()}
     remaining = {group.index: set(group.reached) for group in smooth_groups}
     for index, frame in finished_units(context, deform_reference, units, DeformedFrame, DEFORMING):
         remaining[index].discard(frame)
         if ready is not None and not remaining[index]:
             own = {name: unit for name, unit in smoothing.items() if name[0] == index}
             done = cached_map(context, smooth_block, own, SmoothedBlock, UNCOUNTED)
-            ready(DeformedSequence(smooth_groups, references.extended, done, references.transients), smooth_groups[index])
+            ready(DeformedSequence(smooth_groups, references.extended, done, references.transients, keys), smooth_groups[index])
     smoothed = cached_map(context, smooth_block, smoothing, SmoothedBlock, SMOOTHING)
-    return DeformedSequence(smooth_groups, references.extended, smoothed, references.transients)
+    return DeformedSequence(smooth_groups, references.extended, smoothed, references.transients, keys)
+
+
+def fitting_groups(context: Context, references: References) -> list[FrameGroup]:
+    """The groups with keys of their frames before these are smoothed, which is done on many frames of a group together."""
+    settings = replace(context.settings.deformation, steady_frames=0)
+    return [replace(group, key=digest(DEFORMATION_SCHEMA, group.key, asdict(settings))) for group in references.groups]
+
+
+def fit_frames(
+    context: Context, tracking: TrackingResult, references: References, frames: Mapping[int, tuple[int, ...]]
+) -> CachedResults[tuple[int, int], DeformedFrame]:
+    """Some frames of each group before they are smoothed, by index of the group and of the frame; `deform` goes on from there."""
+    groups = fitting_groups(context, references)
+    pairs = [(groups[index], frame) for index, chosen in frames.items() for frame in chosen]
+    units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
+    return cached_map(context, deform_reference, units, DeformedFrame, DEFORMING)
 
 
 def blocks(group: FrameGroup) -> list[tuple[int, int]]:
     """Start and end of the blocks in which the frames that a group reaches are smoothed: all at once, or so that a run fits any memory."""
-    count = len(group.reached)
-    return [(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)] if group.segment else [(0, count)]
+    count, first = len(group.reached), group.reached[0]
+    starts = [0, *(row for row in range(1, count) if (first + row) % BLOCK == 0)] if group.segment else [0]
+    return list(zip(starts, [*starts[1:], count], strict=True))
 
 
 def smooth_block(
@@ -177,14 +202,16 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
         mapping, is_open = context.settings.reference.mapping, context.frames.kind == OPEN
         shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, reference.features)
         targets = references.aligned[group.index, frame].targets
-        return shared, targets, context.frames.surface(frame), tracking.centers_in((group.frames[0], frame))[1]
+        return shared, targets, context.frames.surface(frame), tracking.centers_in((group.source[0], frame))[1]
 
     number = context.numbers[frame]
-    entry = f"deformation/handover_{group.index:03d}" if frame == group.handover else f"deformation/frame_{number:04d}"
+    first = context.numbers[group.frames[0]]
+    entry = f"deformation/handover_{first:04d}" if frame == group.handover else f"deformation/frame_{number:04d}"
     return WorkUnit(group.folder + entry, group.key, arguments, number)
 
 
 def _smoothing_key(context: Context, group: FrameGroup) -> str:
+    """Of all frames of a group together."""
     times = [context.numbers[frame] for frame in group.reached]
     return digest(SMOOTHING_SCHEMA, group.key, times, context.settings.deformation.steady_frames)
 
@@ -201,11 +228,12 @@ def _smoothing(
 ) -> WorkUnit:
     steady = context.settings.deformation.steady_frames
     window, needed, own = smoothing_rows(block, len(group.reached), steady)
+    times = [context.numbers[frame] for frame in group.reached[window]]
 
     def arguments() -> tuple:
         frames = [fitted[group.index, frame] for frame in group.reached[window]]
-        times = np.array([context.numbers[frame] for frame in group.reached[window]])
-        return references.meshes[group.index].mesh, frames, times, steady, needed, own
+        return references.meshes[group.index].mesh, frames, np.array(times), steady, needed, own
 
-    name = f"run_{group.index:03d}_{block[0]:04d}" if group.segment else f"group_{group.index:03d}"
-    return WorkUnit(f"{group.folder}deformation/{name}", group.key, arguments)
+    key = digest(SMOOTHING_SCHEMA, group.key, times, repr((needed, own)), steady)
+    name = f"smoothed_{context.numbers[group.frames[0]]:04d}_{context.numbers[group.reached[block[0]]]:04d}"
+    return WorkUnit(f"{group.folder}deformation/{name}", key, arguments)

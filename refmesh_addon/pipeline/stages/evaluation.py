@@ -48,7 +48,7 @@ def measure_frames(context: Context, deformed: DeformedSequence) -> Mapping[int,
 
 def _frame_unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
     settings, number = context.settings.evaluation, context.numbers[frame]
-    key = digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], group.key, number)
+    key = digest(EVALUATION_SCHEMA, asdict(settings), context.frames.keys[frame], deformed.frame_key(group, frame), number)
     arguments = lambda: (context.frames.mesh(frame), deformed.mesh(group, frame), settings.samples)
     return WorkUnit(f"{group.folder}evaluation/frame_{number:04d}", key, arguments, number)
 

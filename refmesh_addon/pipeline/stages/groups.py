@@ -16,7 +16,8 @@ class FrameGroup:
     """Frames that share a reference mesh.
 
     frames : indices into the sequence.  handover : the next group's first frame, which this group's mesh is carried to as well, or
-    None for the last group.  key : of all results that depend on these frames.
+    None for the last group.  key : of all results that depend on the frames in `source`.
+    source : those that the mesh is made from; other groups may have the same mesh.
     segment : whether it is a run that may be far longer than a group of the method.  folder : in the cache, "" or "NAME/".
     """
 
@@ -24,6 +25,7 @@ class FrameGroup:
     frames: tuple[int, ...]
     handover: int | None
     key: str
+    source: tuple[int, ...]
     segment: bool = False
     folder: str = ""
 

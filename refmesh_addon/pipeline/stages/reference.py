@@ -63,11 +63,17 @@ class GroupedFrames:
 class AlignedGroups(GroupedFrames):
     """The groups of a sequence and their frames in reference positions, read from the cache on access.
 
-    centers : by index of the group.  aligned : by index of the group and index of the frame, hand-overs included.
+    centers : by index of the group.  aligned : by index of the group and index of the frame, hand-overs included. A frame that a mesh
+    is made from and that no group with that mesh reaches is under the first of these.
     """
 
     centers: Mapping[int, GroupCenters]
     aligned: Mapping[tuple[int, int], AlignedFrame]
+
+    def of_source(self, group: FrameGroup, frame: int) -> AlignedFrame:
+        """One of the frames that the mesh of a group is made from."""
+        holder = next(one.index for one in self.groups if one.key == group.key and (one.index, frame) in self.aligned)
+        return self.aligned[holder, frame]
 
 
 @dataclass(frozen=True)
@@ -118,26 +124,40 @@ def align_groups(context: Context, tracking: TrackingResult, grouped: GroupedFra
     groups = grouped.groups
     placed = {group.index: _placing(context, tracking, group, grouped.bodies) for group in groups}
     centers = cached_map(context, place_centers, placed, GroupCenters, PLACING)
-    pairs = [(group, frame) for group in groups for frame in group.reached]
-    units = {(group.index, frame): _alignment(context, tracking, group, frame, centers) for group, frame in pairs}
+    units = {(group.index, frame): _alignment(context, tracking, group, frame, centers) for group, frame in _aligned_frames(groups)}
     return AlignedGroups(groups, grouped.bodies, centers, cached_map(context, align_to_anchor, units, AlignedFrame, ALIGNING))
 
 
+def _aligned_frames(groups: tuple[FrameGroup, ...]) -> list[tuple[FrameGroup, int]]:
+    """What each group reaches, then what a mesh is made from beyond that, once for all groups that have this mesh."""
+    pairs = [(group, frame) for group in groups for frame in group.reached]
+    reached = {(group.key, frame) for group, frame in pairs}
+    first = {group.key: group for group in reversed(groups)}
+    return pairs + [(group, frame) for key, group in first.items() for frame in group.source if (key, frame) not in reached]
+
+
 def group_frames(
-    context: Context, tracking: TrackingResult, bodies: np.ndarray | None, runs: list[tuple[int, ...]], **kind: object
+    context: Context,
+    tracking: TrackingResult,
+    bodies: np.ndarray | None,
+    runs: list[tuple[int, ...]],
+    sources: list[tuple[int, ...]] | None = None,
+    **kind: object,
 ) -> GroupedFrames:
     """Runs of frames, as indices in order, as groups.
 
-    bodies : (C,) that must be apart, or None.  kind : `segment` and `folder` of all the groups.
+    bodies : (C,) that must be apart, or None.  sources : frames that each mesh is made from, None for those of each run.
+    kind : `segment` and `folder` of all the groups.
     """
+    sources = sources or runs
     settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
     more = ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
     own = {frame: own_mesh_key(context) for frame in [own_mesh_frame(context)] if frame is not None}
     handovers = [following[0] for following in runs[1:]] + [None]
-    parts = [[*more, *(key for frame, key in own.items() if frame in frames), *_cap(context, frames)] for frames in runs]
-    ranges = [tracking.range_of(frames[0]).key for frames in runs]
-    keys = [digest(REFERENCE_SCHEMA, *item[:2], settings, *item[2]) for item in zip(ranges, runs, parts, strict=True)]
-    rows = enumerate(zip(runs, handovers, keys, strict=True))
+    parts = [[*more, *(key for frame, key in own.items() if frame in frames), *_cap(context, frames)] for frames in sources]
+    ranges = [tracking.range_of(frames[0]).key for frames in sources]
+    keys = [digest(REFERENCE_SCHEMA, *item[:2], settings, *item[2]) for item in zip(ranges, sources, parts, strict=True)]
+    rows = enumerate(zip(runs, handovers, keys, sources, strict=True))
     return GroupedFrames(tuple(FrameGroup(index, *row, **kind) for index, row in rows), bodies)
 
 
@@ -171,44 +191,49 @@ def counts_for_the_surface(context: Context, aligned: AlignedFrame) -> bool:
 
 def _placing(context: Context, tracking: TrackingResult, group: FrameGroup, bodies: np.ndarray | None) -> WorkUnit:
     def arguments() -> tuple:
-        first = group.frames[0]
-        positions, settings = tracking.centers_in(group.frames), context.settings.reference
+        first = group.source[0]
+        positions, settings = tracking.centers_in(group.source), context.settings.reference
         own = None if bodies is None else bodies[tracking.members(first)]
         rims = np.array([context.frames.statistics[frame].rim_excess for frame in group.frames])
         tracks = GroupTracks(positions, tracking.affinity_at(first), tracking.range_of(first).spacing, rims)
         return tracks, settings, own, group.segment
 
-    return WorkUnit(f"{group.folder}reference/centers_{group.index:03d}", group.key, arguments, context.numbers[group.frames[0]])
+    return WorkUnit(_source_entry(context, group, "centers"), group.key, arguments, context.numbers[group.source[0]])
+
+
+def _source_entry(context: Context, group: FrameGroup, name: str) -> str:
+    """In the cache, of what all groups with the same mesh share; a number that other cuts before it do not change."""
+    return f"{group.folder}reference/{name}_{context.numbers[group.source[0]]:04d}"
 
 
 def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, frame: int, centers: Mapping[int, GroupCenters]) -> WorkUnit:
     def arguments() -> tuple:
         own = centers[group.index]
-        anchor = group.frames[own.anchor]
+        anchor = group.source[own.anchor]
         anchor_centers, frame_centers = tracking.centers_in((anchor, frame))
         frames, take = context.frames, context.frames.take
         anchored = frames.capped(anchor) if take is None else without_holes(frames.body(anchor))  # no hole of it is closed once for all
         shared = GroupAnchor(group.key, anchored, anchor_centers, own, context.settings.reference)
-        count = points_per_frame(_budget(context, group), len(group.frames) if take is None else min(len(group.frames), MOST_SHARING))
+        count = points_per_frame(_budget(context, group), len(group.source) if take is None else min(len(group.source), MOST_SHARING))
         return frames.capped(frame), frame_centers, shared, count
 
     number = context.numbers[frame]
-    entry = f"reference/handover_{group.index:03d}" if frame == group.handover else f"reference/aligned_{number:04d}"
+    entry = f"reference/handover_{context.numbers[group.frames[0]]:04d}" if frame == group.handover else f"reference/aligned_{number:04d}"
     return WorkUnit(group.folder + entry, group.key, arguments, number)
 
 
 def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> WorkUnit:
     def arguments() -> tuple:
         centers = groups.centers[group.index]
-        anchor = context.frames.body(group.frames[centers.anchor])
+        anchor = context.frames.body(group.source[centers.anchor])
         settings, triangles = context.settings.reference, _budget(context, group)
         depth = settings.poisson_depth or reconstruction_depth(anchor, triangles)
         if context.frames.take is not None:
-            surfaces = (groups.aligned[group.index, frame].surface for frame in group.frames)
+            surfaces = (groups.of_source(group, frame).surface for frame in group.source)
             union = union_of(surfaces, cell_size(anchor.vertices, depth) / 2)
             is_open = context.frames.kind == OPEN  # half of a shell is cut away again
             return settings.reconstruction, union, centers.spacing, 2 * triangles if is_open else triangles, depth, is_open
-        frames = [groups.aligned[group.index, frame] for frame in group.frames]
+        frames = [groups.of_source(group, frame) for frame in group.source]
         kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
         if settings.holes == "open":
             surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
@@ -217,27 +242,27 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
         surface = group_surface([frames[index] for index in kept], kept.index(centers.anchor), centers.spacing)
         return settings.reconstruction, surface, centers.spacing, triangles, depth
 
-    return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
+    return WorkUnit(_source_entry(context, group, "mesh"), group.key, arguments)
 
 
 def _carrying_units(context: Context, tracking: TrackingResult, aligned: AlignedGroups) -> dict[int, WorkUnit]:
     """What `carried_to_reference` or `placed_in_reference` is to do, for the group that a mesh of the user's own was made for, if any."""
     frame = own_mesh_frame(context)
-    return {group.index: _carrying(context, tracking, group, frame, aligned) for group in aligned.groups if frame in group.frames}
+    return {group.index: _carrying(context, tracking, group, frame, aligned) for group in aligned.groups if frame in group.source}
 
 
 def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, frame: int, aligned: AlignedGroups) -> WorkUnit:
     def arguments() -> tuple:
         if over_reference(context):
-            anchor = aligned.aligned[group.index, group.frames[aligned.centers[group.index].anchor]]
+            anchor = aligned.of_source(group, group.source[aligned.centers[group.index].anchor])
             return own_mesh(context), anchor.surface.points, anchor.surface.normals
-        targets, mapping = aligned.aligned[group.index, frame].targets, context.settings.reference.mapping
+        targets, mapping = aligned.of_source(group, frame).targets, context.settings.reference.mapping
         return own_mesh(context), tracking.centers_in((frame,))[0], targets, aligned.centers[group.index], mapping
 
-    return WorkUnit(f"{group.folder}reference/mesh_{group.index:03d}", group.key, arguments)
+    return WorkUnit(_source_entry(context, group, "mesh"), group.key, arguments)
 
 
 def _budget(context: Context, group: FrameGroup) -> int:
     frames = context.frames
-    needed = [frames.statistics[frame].needed_triangles for frame in group.frames]
-    return triangle_budget(context.settings.reference.triangles, [frames.counts[frame] for frame in group.frames], needed)
+    needed = [frames.statistics[frame].needed_triangles for frame in group.source]
+    return triangle_budget(context.settings.reference.triangles, [frames.counts[frame] for frame in group.source], needed)

@@ -52,7 +52,7 @@ def _group_report(context: Context, references: References, group: FrameGroup) -
     return GroupReport(
         index=group.index,
         frames=tuple(context.numbers[frame] for frame in group.frames),
-        anchor=context.numbers[group.frames[centers.anchor]],
+        anchor=context.numbers[group.source[centers.anchor]],
         reference=f"reference/group_{group.index:03d}.ply",
         triangles=len(references.extended[group.index].mesh.triangles),
         components=vertex_components(reference.mesh)[0],

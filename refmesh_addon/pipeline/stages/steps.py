@@ -55,12 +55,12 @@ def _steps(spec: JobSpec, frames: int) -> Iterator[JobStep]:
         yield JobStep("align", "Align Frames", ALIGNING, frames)
         yield JobStep("build", "Build Meshes", BUILDING, groups)
     if DEFORMATION in stages:
+        if reference.segments == "long":  # what one mesh serves shows only in some deformed frames; where it does not, others are made
+            yield JobStep(REVIEW, "Review Meshes")
         yield JobStep("deform", "Deform", DEFORMING, frames)
         yield JobStep("smooth", "Smooth", SMOOTHING, ceil(frames / BLOCK) if groups == 1 else groups)
     if EVALUATION in stages:
         yield JobStep("measure", "Measure", FRAMES, frames)
-        if reference.segments == "long":  # what one mesh serves shows only now; where it does not, further meshes are made
-            yield JobStep(REVIEW, "Review Meshes")
     if COLOR in stages and spec.settings.color.texture != "off":
         yield JobStep("survey", "Survey Colors", SURVEY, frames)
         yield JobStep("layout", "Lay Out Textures", LAYOUTS, groups)

@@ -43,6 +43,6 @@ def write_visibility_sheets(context: Context, deformed: DeformedSequence) -> Non
 
 def _unit(context: Context, deformed: DeformedSequence, group: FrameGroup, frame: int) -> WorkUnit:
     number = context.numbers[frame]
-    key = digest(VISIBILITY_SCHEMA, context.frames.keys[frame], group.key, number)
+    key = digest(VISIBILITY_SCHEMA, context.frames.keys[frame], deformed.frame_key(group, frame), number)
     arguments = lambda: (deformed.mesh(group, frame), context.frames.surface(frame))
     return WorkUnit(f"{group.folder}deformation/visibility_{number:04d}", key, arguments, number)

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+import trimesh
 
 from refmesh_addon.core.evaluation.segment_limits import (
     FLIPPED_MORE,
@@ -12,10 +14,13 @@ from refmesh_addon.core.evaluation.segment_limits import (
     P99_RATIO,
     USUAL,
     FrameFigures,
+    excess,
+    frame_figures,
     passed_limits,
     usual_figures,
     worse_of,
 )
+from refmesh_addon.core.types import TriangleMesh
 
 OWN = FrameFigures(mean=2e-4, p99=1e-3, flipped=1e-4, overstretched=0.02)
 AT_THE_LIMITS = FrameFigures(
@@ -32,6 +37,16 @@ def test_each_limit_is_one_of_its_own_and_named_with_both_figures(name):
     worse = replace(OWN, **{name: 1.01 * getattr(AT_THE_LIMITS, name)})
     (text,) = passed_limits(worse, OWN)
     assert text.count("%") == 2 and " against " in text
+    assert excess(worse, OWN) == pytest.approx(1.01) and excess(OWN, OWN) < 1
+
+
+def test_figures_of_a_body_that_was_only_moved_are_how_far_it_is_off():
+    shape = trimesh.creation.icosphere(subdivisions=2)
+    ball = TriangleMesh(np.asarray(shape.vertices), np.asarray(shape.faces))
+    at = ball.vertices + [0.0, 0.0, 0.01 * ball.diagonal]
+    figures = frame_figures(ball, at, 0.25, ball, 2000)
+    assert 0.002 < figures.mean < 0.01 and figures.p99 <= 0.0101 and figures.flipped == 0.25 and figures.overstretched == 0
+    assert frame_figures(ball, ball.vertices, 0.0, ball, 2000).p99 == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_nobody_sees_is_never_too_far():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from refmesh_addon.core.reference.grouping import TOUCHING, Contacts, content_groups, least_strained_cut
+from refmesh_addon.core.reference.grouping import TOUCHING, Contacts, content_groups, frame_stress, least_strained_cut
 from refmesh_addon.core.tracking.affinity import near_pairs
 
 SPACING = 1.0
@@ -88,3 +88,10 @@ def test_a_run_is_cut_where_both_parts_deform_least():
     rest = np.random.default_rng(0).random((30, 3))
     positions = np.stack([rest * [1 + 0.01 * frame, 1, 1] + (frame >= 4) * rest[:, [1, 2, 0]] for frame in range(7)])
     assert least_strained_cut(positions, sparse.csr_matrix(np.ones((30, 30))), [2, 4, 6]) == 4
+
+
+def test_the_stress_of_a_frame_is_what_it_is_deformed_against_the_largest_distances():
+    growing = np.array([1.0, 1.1, 1.3])[:, None, None] * BLOCK
+    first, second, last = frame_stress(growing, affinity_of(BLOCK))
+    assert first > second > last == 0
+    assert np.allclose(frame_stress(still(3) + np.arange(3)[:, None, None], affinity_of(BLOCK)), 0)

@@ -47,7 +47,7 @@ def test_a_template_is_valid_and_has_the_steps_of_the_job(two_balls, tmp_path):
 @pytest.mark.parametrize(
     "changes, names",
     [
-        ({"segments": "long"}, "read track place align build deform smooth measure review survey layout bake steady textures results"),
+        ({"segments": "long"}, "read track place align build review deform smooth measure survey layout bake steady textures results"),
         ({"texture": "off"}, "read track place align build deform smooth measure results"),
     ],
 )

@@ -31,7 +31,7 @@ def test_blocks_together_are_the_whole_run(steady):
     mesh, count = TriangleMesh(shape.vertices, shape.faces), 2 * BLOCK + 3
     frames, times = fitted_frames(mesh, count), np.arange(count) + 5.0
     whole = smooth_block(mesh, frames, times, steady)
-    group = FrameGroup(0, tuple(range(count)), None, "key", segment=True)
+    group = FrameGroup(0, tuple(range(count)), None, "key", tuple(range(count)), segment=True)
     assert len(blocks(group)) == 3
     parts = []
     for block in blocks(group):

@@ -1,0 +1,45 @@
+"""How well the meshes of groups serve single frames, before the other frames of these groups are deformed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...core.deformation.deformer import DeformedFrame
+from ...core.evaluation.segment_limits import FrameFigures, frame_figures
+from ...core.types import TriangleMesh
+from ..session.cache import digest
+from ..session.cached_map import WorkUnit, cached_map
+from ..session.context import Context
+from .deformation import fit_frames, fitting_groups, smooth_block
+from .evaluation import FRAMES
+from .reference import References
+from .tracking_result import TrackingResult
+
+PROBE_SCHEMA = 1
+
+
+def probe(
+    context: Context, tracking: TrackingResult, references: References, frames: Mapping[int, tuple[int, ...]]
+) -> dict[int, FrameFigures]:
+    """The figures of some frames of each group, by index of the frame, each fitted by itself.
+
+    frames : by index of the group. What is fitted for this need not be fitted again where the group stays.
+    """
+    groups, fitted = fitting_groups(context, references), fit_frames(context, tracking, references, frames)
+
+    def unit(index: int, frame: int) -> WorkUnit:
+        samples, number = context.settings.evaluation.samples, context.numbers[frame]
+        key = digest(PROBE_SCHEMA, context.frames.keys[frame], groups[index].key, samples)
+        arguments = lambda: (references.meshes[index].mesh, fitted[index, frame], context.frames.surface(frame), samples)
+        return WorkUnit(f"{groups[index].folder}evaluation/probe_{number:04d}", key, arguments, number)
+
+    units = {frame: unit(index, frame) for index, chosen in frames.items() for frame in chosen}
+    return dict(cached_map(context, probe_figures, units, FrameFigures, FRAMES))
+
+
+def probe_figures(mesh: TriangleMesh, fitted: DeformedFrame, source: TriangleMesh, samples: int) -> FrameFigures:
+    """How well a mesh serves one frame.  mesh : the reference.  source : what it was fitted to.  samples : points on the source."""
+    alone = smooth_block(mesh, [fitted], np.zeros(1), 0)
+    return frame_figures(mesh, alone.vertices[0], float(alone.flipped[0]), source, samples)
