@@ -62,7 +62,8 @@ def takes(case: Case, output: Path) -> list[Take]:
     report, takes = read_report(output), []
     for group in report["groups"]:
         meshes = [read_mesh(output / frame["deformed"]) for frame in report["frames"] if frame["group"] == group["index"]]
-        indices, anchor = np.array(group["frames"]) - 1, group["frames"].index(group["anchor"])
+        indices = np.array(group["frames"]) - 1
+        anchor = int(np.abs(indices + 1 - group["anchor"]).argmin())  # or next to it, where a group between has a mesh of its own
         vertices = np.stack([mesh.vertices for mesh in meshes])
         truth = moved(case, vertices[anchor], indices[anchor], indices)
         takes.append(Take(indices, vertices, truth, meshes[0].triangles, anchor, mean_edge_length(meshes[anchor])))
