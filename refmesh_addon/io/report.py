@@ -134,6 +134,21 @@ class FarPlace:
 
 
 @dataclass(frozen=True)
+class BodyReport:
+    """A body that is followed through the take.
+
+    centers : how many it has.  position : their middle in the first of the frames that show it apart, in the coordinates of the input.
+    frames : first and last number of those frames: the one with the widest gap, or those whose motion shows it; () where it is alone.
+    by_motion : whether only its motion shows it, as no gap ever opens.
+    """
+
+    centers: int
+    position: tuple[float, ...]
+    frames: tuple[int, ...]
+    by_motion: bool
+
+
+@dataclass(frozen=True)
 class TransientReport:
     """Pieces of a frame that are there for a few frames only, and are not followed.
 
@@ -170,6 +185,7 @@ class Report:
     tracking: dict[str, object] = field(default_factory=dict)
     groups: list[GroupReport] = field(default_factory=list)
     frames: list[FrameReport] = field(default_factory=list)
+    bodies: list[BodyReport] = field(default_factory=list)
     far_places: list[FarPlace] = field(default_factory=list)
     transients: list[TransientReport] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -190,6 +206,7 @@ class Report:
             "tracking": self.tracking,
             "groups": [_without_none(group) for group in self.groups],
             "frames": [_without_none(frame) for frame in self.frames],
+            "bodies": [asdict(body) for body in self.bodies],
             "far_places": [asdict(place) for place in self.far_places],
             "transients": [asdict(entry) for entry in self.transients],
             "warnings": self.warnings,
@@ -223,7 +240,7 @@ def read_report(output: str | Path) -> dict[str, object]:
     if schema != SCHEMA:
         raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")
     try:
-        check_report(report, path.parent, GroupReport, FrameReport, FarPlace)
+        check_report(report, path.parent, GroupReport, FrameReport, FarPlace, BodyReport)
     except ValueError as error:
         raise RefMeshError(f"{path}: the report is damaged ({error}); run RefMesh on this folder again") from error
     return report

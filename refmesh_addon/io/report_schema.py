@@ -22,19 +22,22 @@ PATHS = {"reference", "playback", "visibility", "layout", "texture", "texture_ma
 LARGEST_NUMBER = 10**18  # of a frame or a group
 
 
-def check_report(report: object, folder: Path, group: type, frame: type, place: type) -> None:
+def check_report(report: object, folder: Path, group: type, frame: type, place: type, body: type) -> None:
     """Raises ValueError, naming the entry, for a report that is not as `Report.to_dict` gives it.
 
-    folder : that it is in.  group, frame, place : the dataclasses of its entries.
+    folder : that it is in.  group, frame, place, body : the dataclasses of its entries.
     """
     if not isinstance(report, dict):
         raise ValueError("it is not an object")
-    _check_list(report, "groups", lambda entry, name: _check_entry(entry, group, name, folder))
-    _check_list(report, "frames", lambda entry, name: _check_entry(entry, frame, name, folder))
-    if "far_places" in report:
-        _check_list(report, "far_places", lambda entry, name: _check_entry(entry, place, name, folder))
-        if any(len(entry["position"]) != 3 for entry in report["far_places"]):
-            raise ValueError("a position in 'far_places' has not three numbers")
+    _check_entries(report, "groups", group, folder)
+    _check_entries(report, "frames", frame, folder)
+    for key, kind in (("far_places", place), ("bodies", body)):
+        if key in report:
+            _check_entries(report, key, kind, folder)
+            if any(len(entry["position"]) != 3 for entry in report[key]):
+                raise ValueError(f"a position in '{key}' has not three numbers")
+    if any(len(entry["frames"]) not in (0, 2) for entry in report.get("bodies", [])):
+        raise ValueError("the frames of an entry of 'bodies' are not first and last")
     sequence = _member(report, "sequence", dict)
     _check_list(sequence, "numbers", lambda entry, name: _check(entry, int, name))
     if not sequence["numbers"]:
@@ -52,6 +55,10 @@ def check_report(report: object, folder: Path, group: type, frame: type, place: 
         _check(spacing, float, "center_spacing")
     if report.get("centers_playback") is not None:
         _check_path(report["centers_playback"], "centers_playback", folder)
+
+
+def _check_entries(report: dict, key: str, kind: type, folder: Path) -> None:
+    _check_list(report, key, lambda entry, name: _check_entry(entry, kind, name, folder))
 
 
 def _check_numbers(groups: list[dict], frames: list[dict]) -> None:

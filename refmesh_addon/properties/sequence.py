@@ -121,6 +121,7 @@ class RefMeshSequence(bpy.types.PropertyGroup):
     findings: CollectionProperty(type=RefMeshFinding)
     active_finding: IntProperty(name="Finding", description="Click a finding to go to its frame", update=go_to_finding)
     checked: BoolProperty(name="Checked", description="Whether every frame was checked", options={"HIDDEN"})
+    bodies: StringProperty(name="Bodies", description="The bodies of the take, one in a line", options={"HIDDEN"})
     places: CollectionProperty(type=RefMeshPlace)
     active_place: IntProperty(name="Place", description="Click a place to go to its frame and set the 3D cursor there", update=go_to_place)
     source_colors: BoolProperty(

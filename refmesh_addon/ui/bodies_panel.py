@@ -1,4 +1,4 @@
-"""Part of the Reference step: marks that separate bodies which touch all the time."""
+"""Part of the Reference step: the bodies that the take shows, and marks that separate bodies which touch all the time."""
 
 import bpy
 
@@ -17,9 +17,11 @@ class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        layout = self.layout
+        layout, state = self.layout, sequence_object(context).refmesh
+        for line in state.bodies.splitlines():
+            layout.label(text=line, icon="POINTCLOUD_DATA")
         try:
-            marks = parse_marks(sequence_object(context).refmesh.settings.apart)
+            marks = parse_marks(state.settings.apart)
         except RefMeshError as error:
             draw_wrapped(layout, context, for_window(str(error)), icon="ERROR")
             marks = None

@@ -10,16 +10,24 @@ from .shapes import Field, ball, block, capsule, gear, union
 
 TEETH, GEAR_RADIUS, TOOTH, GEAR_HALF_HEIGHT = 8, 1.0, 0.16, 0.35
 CLEARANCE = 0.16  # between the teeth of two gears: wider than a cell, so that their surfaces stay two
-GEAR_DISTANCE = 2 * GEAR_RADIUS + CLEARANCE
 
 
 def gears() -> Sequence:
     """Two gears of eight teeth that turn against each other, each by half a turn; no frame shows them farther apart than another."""
-    solid = gear(GEAR_RADIUS, TOOTH, TEETH, GEAR_HALF_HEIGHT, 0.1)
+    return _gears("gears", CLEARANCE)
+
+
+def engaged() -> Sequence:
+    """The same without clearance: in most frames the two have one surface, so that nothing but their motion shows that they are two."""
+    return _gears("engaged", 0.0)
+
+
+def _gears(name: str, clearance: float) -> Sequence:
+    solid, distance = gear(GEAR_RADIUS, TOOTH, TEETH, GEAR_HALF_HEIGHT, 0.1), 2 * GEAR_RADIUS + clearance
     first = Rigid((0, 0, 1), lambda t: np.pi * t, lambda t: (0.0, 0.0, 0.0))
-    second = Rigid((0, 0, 1), lambda t: np.pi / TEETH - np.pi * t, lambda t: (GEAR_DISTANCE, 0.0, 0.0))
+    second = Rigid((0, 0, 1), lambda t: np.pi / TEETH - np.pi * t, lambda t: (distance, 0.0, 0.0))
     bodies = (Body((Part(solid, first),)), Body((Part(solid, second),)))
-    return Sequence("gears", bodies, center=(GEAR_DISTANCE / 2, 0, 0), reach=2.6, cell=0.09)
+    return Sequence(name, bodies, center=(distance / 2, 0, 0), reach=2.6, cell=0.09)
 
 
 # The figure of `walk`: its spine is the x axis, upwards, and it looks along z.

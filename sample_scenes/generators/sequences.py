@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import Body, Part, Sequence
-from .long_takes import gears, walk
+from .long_takes import engaged, gears, walk
 from .motions import Bend, Chain, Curve, Motion, Rigid, Squash, Twist, Undo
 from .shapes import Field, ball, block, capsule, disc, union
 
@@ -104,4 +104,4 @@ def ramp(time: float, start: float, end: float) -> float:
     return share * share * (3.0 - 2.0 * share)
 
 
-SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, collide, appear, clasp, grasp, gears, walk)}
+SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, collide, appear, clasp, grasp, gears, engaged, walk)}

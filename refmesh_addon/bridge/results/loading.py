@@ -113,6 +113,7 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
     measured = {str(frame["number"]): frame["source_to_deformed"]["mean"] for frame in report["frames"] if frame.get("source_to_deformed")}
     _set_of_frames(state, "distance", measured)
     _set_of_frames(state, "overstretched", {str(frame["number"]): frame.get("overstretched", 0.0) for frame in report["frames"]})
+    state.bodies = "\n".join(_body_lines(report.get("bodies", [])))
     _show_places(state, results)
     reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured), "color" in report["seconds"]]
     known = {setting.name for setting in flat_fields()}
@@ -134,6 +135,16 @@ def _set_of_frames(state, name: str, values: dict[str, float]) -> None:
             setattr(frame, name, values[frame.name])
         else:
             frame.property_unset(name)
+
+
+def _body_lines(bodies: list[dict]) -> list[str]:
+    """What the panel says of the bodies that the take shows; nothing of one that is alone."""
+    lines = []
+    for number, body in enumerate(bodies if len(bodies) > 1 else (), 1):
+        first, last = body["frames"]
+        shown = f"moves apart in frames {first}-{last}" if body["by_motion"] else f"widest gap in frame {first}"
+        lines.append(f"Body {number}: {body['centers']} centers, {shown}")
+    return lines
 
 
 def _show_places(state, results: Results) -> None:

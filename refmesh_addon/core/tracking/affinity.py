@@ -48,6 +48,12 @@ class Affinity(FrozenArrays):
         """(N,) affinity of each pair, from 0 to 1."""
         return 0.5 ** (self.separation / SEPARATION_HALF**2) * self.agreement
 
+    def within(self, bodies: np.ndarray) -> Affinity:
+        """The same without pairs of different bodies.  bodies : (C,) numbers."""
+        kept = bodies[self.first] == bodies[self.second]
+        pairs = {name: getattr(self, name)[kept] for name in ("first", "second", "separation", "agreement")}
+        return replace(self, **pairs)
+
     def weights(self) -> sparse.csr_matrix:
         """(C, C) symmetric affinities of at least MIN_AFFINITY, with ones on the diagonal."""
         value = self.values()

@@ -1,4 +1,4 @@
-"""Bodies that the user marked as separate, among the tracked centers."""
+"""Bodies that must be separate, among the tracked centers: those that the user marked, and those that only their motion shows apart."""
 
 from __future__ import annotations
 
@@ -27,23 +27,31 @@ def parsed_marks(context: Context) -> Marks | None:
 
 
 def bodies_apart(context: Context, tracking: TrackingResult) -> np.ndarray | None:
-    """(C,) the marked body of each center, -1 where there is none; None when nothing is to be apart.
+    """(C,) the body of each center, -1 where marks reach none; None when no bodies are to be apart.
 
     Raises RefMeshError for marks that lie outside the volume or contradict each other.
     """
     marks = parsed_marks(context)
     if marks is None:
-        return None
+        return tracking.moving
     if len(marks.bodies) < 2:
         context.warn("only one body is marked: mark another one that it is to be apart from")
-        return None
+        return tracking.moving
     if context.settings.reference.mapping == "rbf":
         context.warn("--mapping rbf cannot tear, so marked bodies stay together: choose --mapping affinity")
     spacing = tracking.range_of(context.numbers.index(marks.frame)).spacing
     try:
-        return bodies_by_marks(tracking.positions, context.numbers, spacing, marks)
+        marked = bodies_by_marks(tracking.positions, context.numbers, spacing, marks)
     except ValueError as error:
         raise RefMeshError(f"--apart, frame {marks.frame}: {error}; mark the bodies again") from error
+    return marked if tracking.moving is None else _divided_further(marked, tracking.moving)
+
+
+def _divided_further(marked: np.ndarray, moving: np.ndarray) -> np.ndarray:
+    """(C,) marked bodies, -1 for none, each divided where motion shows several."""
+    known, result = marked >= 0, marked.copy()
+    result[known] = np.unique(np.stack([marked, moving])[:, known], axis=1, return_inverse=True)[1].ravel()
+    return result
 
 
 def joined_bodies(mesh: TriangleMesh, centers: np.ndarray, bodies: np.ndarray) -> list[int]:

@@ -89,4 +89,4 @@ def _warn_of_joined(context: Context, tracking: TrackingResult, references: Refe
     if joined:
         names = " and ".join(str(body + 1) for body in joined)
         where = f"in the mesh of the group that begins with frame {context.numbers[group.frames[0]]}"
-        context.warn(f"bodies {names} are still connected {where}: mark more of each, or take more centers")
+        context.warn(f"bodies {names} are still connected {where}: mark more of each (--apart), or take more centers")

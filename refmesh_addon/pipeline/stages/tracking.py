@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
@@ -16,27 +18,57 @@ from ..session.context import READING_SHARE, Context
 from ..session.job import TRACKING
 from ..session.parallel import one_ahead
 from ..session.stage_share import StageShare
+from .moving_bodies import report_bodies, take_bodies
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
 TRACKING_SCHEMA = 8
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
-STATE = "tracking/state"  # all that the next frame needs; only that of the last frame is kept
+STATE = "state"  # all that the next frame needs; only that of the last frame is kept
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """One pass through all frames.  folder : of its entries in the cache.  bodies : (C,) that do not pull on each other, or None.
+    share : of the stage's progress.
+    """
+
+    folder: str
+    bodies: np.ndarray | None
+    share: StageShare
 
 
 def track_sequence(context: Context) -> TrackingResult:
-    """Tracks the centers forward through all frames."""
-    settings, keys = context.settings.tracking, _chained_keys(context)
-    share = StageShare(TRACKING, READING_SHARE, FORWARD_SHARE if settings.global_rounds else 1.0)
-    state, done = _resumed(context, keys)
+    """Tracks the centers forward through all frames; twice where bodies turn out to be several that touch all the time."""
+    end = FORWARD_SHARE if context.settings.tracking.global_rounds else 1.0
+    frames, result = _tracked_through(context, _Pass("tracking/", None, StageShare(TRACKING, READING_SHARE, end)))
+    found = take_bodies(context, result)
+    if found is not None and found.by_motion.any():  # the time of this is not foreseen
+        frames, result = _tracked_through(context, _Pass("tracking/apart_", found.bodies, StageShare(TRACKING, end, end)))
+        result = replace(result, moving=found.bodies)
+    report_tracking(context, frames, result.ranges[0].spacing)
+    if found is not None:
+        report_bodies(context, result, found)
+    return result
+
+
+def _tracked_through(context: Context, own: _Pass) -> tuple[TrackedFrames, TrackingResult]:
+    settings, keys, share = context.settings.tracking, _chained_keys(context, own.bodies), own.share
+    state, done = _resumed(context, own, keys)
     share.skip(context.notify, done / len(keys))
     for index, volume in enumerate(one_ahead(lambda index: volume_of(context, index), range(done, len(keys))), done):
         share.tell(context.notify, index / len(keys), context.numbers[index])
-        state = _followed(context, index, state, volume) if state else first_frame(volume, settings)
-        context.cache.save_result(_frame_entry(context, index), keys[index], TrackedFrames.of(state, volume, context.frames.path(index)))
-        context.cache.save_result(STATE, keys[index], state)
+        state = _followed(context, index, state, volume) if state else _first(volume, settings, own.bodies)
+        frame = TrackedFrames.of(state, volume, context.frames.path(index))
+        context.cache.save_result(_frame_entry(context, own, index), keys[index], frame)
+        context.cache.save_result(own.folder + STATE, keys[index], state)
     assert state is not None, "a sequence has at least one frame"
-    return _result(context, keys, state)
+    return _result(context, own, keys, state)
+
+
+def _first(volume: Volume, settings: TrackingSettings, bodies: np.ndarray | None) -> TrackedFrame:
+    state = first_frame(volume, settings)
+    return state if bodies is None else replace(state, affinity=state.affinity.within(bodies))
 
 
 def _followed(context: Context, index: int, last: TrackedFrame, volume: Volume) -> TrackedFrame:
@@ -66,30 +98,30 @@ def enclosed_volume(body: TriangleMesh, path: Path, settings: TrackingSettings) 
         raise RefMeshError(f"{path}: too little volume to track ({error}); RefMesh needs closed bodies") from error
 
 
-def _result(context: Context, keys: list[str], last: TrackedFrame) -> TrackingResult:
-    frames = TrackedFrames.concatenated([_tracked(context, index, key) for index, key in enumerate(keys)])
+def _result(context: Context, own: _Pass, keys: list[str], last: TrackedFrame) -> tuple[TrackedFrames, TrackingResult]:
+    frames = TrackedFrames.concatenated([_tracked(context, own, index, key) for index, key in enumerate(keys)])
     affinity = last.affinity
-    report_tracking(context, frames, affinity.spacing)
     whole = TrackedRange(len(keys), affinity.spacing, keys[-1], affinity.weights)
     jumps = frames.volume_jumps() if context.frames.take is None else ()  # of an open take, more is seen at one time than at another
     alive = None if frames.alive.all() else frames.alive
-    return TrackingResult(frames.centers, (whole,), tuple(jumps), alive)
+    return frames, TrackingResult(frames.centers, (whole,), tuple(jumps), alive)
 
 
-def _tracked(context: Context, index: int, key: str) -> TrackedFrames:
+def _tracked(context: Context, own: _Pass, index: int, key: str) -> TrackedFrames:
     """A frame that was tracked before, read from the cache. Raises RefMeshError, naming the file, when it is gone."""
-    entry = _frame_entry(context, index)
+    entry = _frame_entry(context, own, index)
     frame = context.cache.load_result(entry, key, TrackedFrames)
     if frame is None:
         raise RefMeshError(f"{context.cache.path(entry, key)}: cannot be read again; start the run again")
     return frame
 
 
-def _chained_keys(context: Context) -> list[str]:
+def _chained_keys(context: Context, bodies: np.ndarray | None) -> list[str]:
     """Each frame's result depends on the settings of the forward pass and on all frames up to it."""
     settings = asdict(context.settings.tracking)
     del settings["global_rounds"], settings["surface"]  # the keys of the frames depend on what kind of surface they are followed as
-    key, keys, frames = digest(TRACKING_SCHEMA, settings), [], context.frames
+    known = [] if bodies is None else [bodies.tolist()]
+    key, keys, frames = digest(TRACKING_SCHEMA, settings, *known), [], context.frames
     for index, frame_key in enumerate(frames.keys):
         changes = [kind[at].tolist() for kind, at in ((frames.leaving, index - 1), (frames.coming, index)) if at in kind]
         key = digest(key, frame_key, *changes)
@@ -97,15 +129,15 @@ def _chained_keys(context: Context) -> list[str]:
     return keys
 
 
-def _frame_entry(context: Context, index: int) -> str:
-    return f"tracking/frame_{context.numbers[index]:04d}"
+def _frame_entry(context: Context, own: _Pass, index: int) -> str:
+    return f"{own.folder}frame_{context.numbers[index]:04d}"
 
 
-def _resumed(context: Context, keys: list[str]) -> tuple[TrackedFrame | None, int]:
+def _resumed(context: Context, own: _Pass, keys: list[str]) -> tuple[TrackedFrame | None, int]:
     """The last state on disk, if any, and how many frames are done."""
     for done in range(len(keys), 0, -1):
-        state = context.cache.load_result(STATE, keys[done - 1], TrackedFrame)
+        state = context.cache.load_result(own.folder + STATE, keys[done - 1], TrackedFrame)
         if state is not None:
-            entries = (context.cache.load_result(_frame_entry(context, index), keys[index], TrackedFrames) for index in range(done))
+            entries = (context.cache.load_result(_frame_entry(context, own, index), keys[index], TrackedFrames) for index in range(done))
             return (state, done) if all(entries) else (None, 0)
     return None, 0

@@ -45,7 +45,7 @@ def _warn_of_jump(context: Context, number: int, jump: float) -> None:
 
 def write_tracking(context: Context, tracking: TrackingResult) -> None:
     """centers.npz and the playback of the centers."""
-    write_centers(context, tracking, {})
+    write_centers(context, tracking, {}, tracking.moving)
     _write_playback(context, tracking.positions, digest(*(one.key for one in tracking.ranges)))
 
 

@@ -99,12 +99,14 @@ class TrackedRange:
 class TrackingResult:
     """positions : (F, C, 3).  ranges : in order, all frames together.  jumps : frames in which something appeared or left, by index.
     alive : (F, C) bool, which centers there are; None where all are there in all frames.
+    moving : (C,) number of the body of each center, where some are shown apart by their motion only; otherwise None.
     """
 
     positions: np.ndarray
     ranges: tuple[TrackedRange, ...]
     jumps: tuple[int, ...] = ()
     alive: np.ndarray | None = None
+    moving: np.ndarray | None = None
 
     @property
     def changes(self) -> tuple[int, ...]:

@@ -74,7 +74,7 @@ def test_frames_added_at_the_end_cost_only_themselves(source, two_balls, tmp_pat
     before = cache_entries(tmp_path / "out")
     shutil.copy(two_balls / "balls_005.obj", source)
     finish(source, tmp_path / "out", until="tracking")
-    made = {"frames/frame_0005", "tracking/frame_0005", "tracking/state", "tracking/figures"}
+    made = {"frames/frame_0005", "tracking/frame_0005", "tracking/state", "tracking/bodies", "tracking/figures"}
     assert remade(before, cache_entries(tmp_path / "out")) == made
 
 
