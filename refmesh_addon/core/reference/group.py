@@ -153,7 +153,7 @@ def with_features(reference: ReferenceMesh, features: FrameFeatures) -> Referenc
     if not len(features.edges):
         return reference
     laid = with_feature_edges(reference.mesh, features.mesh, features.edges)
-    return ReferenceMesh(laid.mesh, int(crossing_triangles(laid.mesh).sum()), laid.features)
+    return ReferenceMesh(laid.mesh, laid.crossing, laid.features)
 
 
 def build_reference(

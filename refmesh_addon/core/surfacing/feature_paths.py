@@ -27,38 +27,59 @@ from .edge_flips import flipped
 REACH = 1.5  # mean edge lengths from a line within which its path runs
 DETOUR = 4.0  # cost of an edge a mean edge length off the line, against one on it
 SAMPLES = 4  # points on a line per mean edge length, to measure distances from it
+CANDIDATES = 16  # vertices among which that of a corner is chosen
 LOOP_PARTS = 3  # into which a closed line is divided, so that each has two ends
 RINGS, SMOOTHINGS = 2, 12  # rings of vertices beside a line that are spread evenly, and how often
 FLIPS = 3  # passes of edge flips at the end
+MOST_REPAIRS = 6  # rounds in which vertices of crossing triangles go back, and their neighbors; one or two are enough
 
 
 @dataclass(frozen=True)
 class FeatureMesh(FrozenArrays):
-    """A mesh.  features : (K, 2) int32, those of its edges that lie on feature lines."""
+    """A mesh.  features : (K, 2) int32, those of its edges that lie on feature lines.  crossing : triangles that cross another one."""
 
     mesh: TriangleMesh
     features: Annotated[np.ndarray, "(K, 2) int32"]
+    crossing: int
 
 
 def with_feature_edges(mesh: TriangleMesh, beside: TriangleMesh, edges: np.ndarray) -> FeatureMesh:
     """The mesh with edges along feature lines, as many vertices and triangles.
 
     beside : the surface that has the lines.  edges : (E, 2) edges of it, the lines. A line to which no path leads is left out, and
-    all of them are where the mesh would come to cross itself.
+    lines stop short of where the mesh would come to cross itself, as it does where they run closer together than its edges are long.
     """
-    nothing = FeatureMesh(mesh, np.zeros((0, 2), dtype=np.int32))
-    paths = _Paths(mesh)
-    for line in sorted(ordered_lines(beside.vertices, edges), key=len, reverse=True):
-        for part in _parts(line):
-            paths.lay(part, beside.vertices)
-    if not paths.features:
-        return nothing
-    result = _smoothed_beside(mesh.moved(paths.positions), paths.taken, beside)
-    features = np.unique(np.sort(np.concatenate(paths.features), axis=1), axis=0)
-    result = _flipped(result, features)
-    if crossing_triangles(result).sum() > crossing_triangles(mesh).sum():
-        return nothing
-    return FeatureMesh(result, features.astype(np.int32))
+    lines = [part for line in sorted(ordered_lines(beside.vertices, edges), key=len, reverse=True) for part in _parts(line)]
+    paths = _Paths(mesh, beside.vertices, np.unique(np.array([line[[0, -1]] for line in lines], dtype=np.int64)))
+    for line in lines:
+        paths.lay(line)
+    kept = np.zeros(len(mesh.vertices), dtype=bool)
+    for _ in range(MOST_REPAIRS if paths.features else 0):
+        laid, features = _laid(mesh, paths, kept, beside)
+        crossing = crossing_triangles(laid)
+        back = _moved(mesh, laid, crossing, kept)
+        if not back.any():
+            return FeatureMesh(laid, features, int(crossing.sum()))
+        kept |= back
+    return FeatureMesh(mesh, np.zeros((0, 2), dtype=np.int32), int(crossing_triangles(mesh).sum()))
+
+
+def _laid(mesh: TriangleMesh, paths: _Paths, kept: np.ndarray, beside: TriangleMesh) -> tuple[TriangleMesh, np.ndarray]:
+    """The mesh with paths on their lines, but (V,) bool `kept` vertices where they were; and the edges that lie on lines."""
+    on_line = paths.taken & ~kept
+    laid = mesh.moved(np.where(on_line[:, None], paths.positions, mesh.vertices))
+    features = np.unique(np.sort(np.concatenate(paths.features), axis=1), axis=0).astype(np.int32)
+    features = features[on_line[features].all(axis=1)]
+    return _flipped(_smoothed_beside(laid, on_line, kept, beside), features), features
+
+
+def _moved(mesh: TriangleMesh, laid: TriangleMesh, crossing: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """(V,) bool, the vertices of crossing triangles and of those around `kept` ones of them that are not where they were."""
+    corners = np.zeros(len(kept), dtype=bool)
+    corners[laid.triangles[crossing]] = True
+    stuck = corners & kept
+    corners[mesh.triangles[stuck[mesh.triangles].any(axis=1)]] = True
+    return corners & (laid.vertices != mesh.vertices).any(axis=1)
 
 
 def _parts(line: np.ndarray) -> list[np.ndarray]:
@@ -70,46 +91,51 @@ def _parts(line: np.ndarray) -> list[np.ndarray]:
 
 
 class _Paths:
-    """The paths laid so far.
+    """The paths laid so far along lines through points.
 
+    points : (N, 3).  corners : (C,) those of them at which lines end.
     positions : (V, 3) of the vertices.  taken : (V,) bool, vertices on a path.  features : of each path, its (K, 2) edges.
     """
 
-    def __init__(self, mesh: TriangleMesh):
-        self._mesh, self._edges = mesh, HalfEdges.of(mesh).edges.astype(np.int64)
+    def __init__(self, mesh: TriangleMesh, points: np.ndarray, corners: np.ndarray):
+        self._mesh, self._points, self._edges = mesh, points, HalfEdges.of(mesh).edges.astype(np.int64)
         self._lengths = np.linalg.norm(np.diff(mesh.vertices[self._edges], axis=1)[:, 0], axis=1)
         self._length = float(self._lengths.mean())
         self._tree = cKDTree(mesh.vertices)
-        self._corners: dict[int, int] = {}
         self.positions, self.taken = mesh.vertices.copy(), np.zeros(len(mesh.vertices), dtype=bool)
+        self._ends = self._vertices_of(corners)
+        self._reserved = np.zeros(len(mesh.vertices), dtype=bool)  # else a path that passes by would take the corner of another
+        self._reserved[list(self._ends.values())] = True
         self.features: list[np.ndarray] = []
 
-    def lay(self, line: np.ndarray, points: np.ndarray) -> None:
-        """Lays a path along a line, given as indices of (N, 3) points in order."""
-        ends = [self._corner(int(end), points) for end in (line[0], line[-1])]
-        if ends[0] == ends[1] or min(ends) < 0:
-            return
-        path = self._path(ends[0], ends[1], _Polyline(points[line]))
-        if path is not None:
-            self.positions[path] = _Polyline(points[line]).spread(self._mesh.vertices[path])
-            self.taken[path] = True
-            self._corners |= {int(line[0]): ends[0], int(line[-1]): ends[1]}
-            self.features.append(np.column_stack([path[:-1], path[1:]]))
+    def _vertices_of(self, corners: np.ndarray) -> dict[int, int]:
+        """A vertex for each corner, within reach and no other's: the nearest pairs first."""
+        count = np.arange(1, min(CANDIDATES, self._tree.n) + 1)
+        distances, near = self._tree.query(self._points[corners], k=count, distance_upper_bound=REACH * self._length)
+        order = np.argsort(distances, axis=None, kind="stable")[: np.isfinite(distances).sum()]
+        result: dict[int, int] = {}
+        for corner, vertex in zip(np.repeat(corners, near.shape[1])[order].tolist(), near.ravel()[order].tolist(), strict=True):
+            if corner not in result and vertex not in result.values():
+                result[corner] = vertex
+        return result
 
-    def _corner(self, number: int, points: np.ndarray) -> int:
-        """The vertex at the end of a line: that of a line that ends there already, or the nearest one that is free; -1 for none."""
-        if number in self._corners:
-            return self._corners[number]
-        near = np.array(sorted(self._tree.query_ball_point(points[number], REACH * self._length)), dtype=np.int64)
-        near = near[~self.taken[near]]
-        return int(near[np.linalg.norm(self._mesh.vertices[near] - points[number], axis=1).argmin()]) if len(near) else -1
+    def lay(self, line: np.ndarray) -> None:
+        """Lays a path along a line, given as indices of points in order."""
+        if line[0] not in self._ends or line[-1] not in self._ends:
+            return
+        polyline = _Polyline(self._points[line])
+        path = self._path(self._ends[line[0]], self._ends[line[-1]], polyline)
+        if path is not None:
+            self.positions[path] = polyline.spread(self._mesh.vertices[path])
+            self.taken[path] = True
+            self.features.append(np.column_stack([path[:-1], path[1:]]))
 
     def _path(self, start: int, end: int, line: _Polyline) -> np.ndarray | None:
         """The vertices of the shortest path near a line, whose edges cost more the farther they are from it."""
         usable = np.zeros(len(self.taken), dtype=bool)
         for near in self._tree.query_ball_point(line.samples(self._length / SAMPLES), REACH * self._length):
             usable[near] = True
-        usable &= ~self.taken
+        usable &= ~(self.taken | self._reserved)
         usable[[start, end]] = True
         number = np.cumsum(usable) - 1
         chosen = usable[self._edges].all(axis=1)
@@ -162,13 +188,13 @@ class _Polyline:
         return self.at(lengths / lengths[-1] * self._along[-1])
 
 
-def _smoothed_beside(mesh: TriangleMesh, fixed: np.ndarray, surface: TriangleMesh) -> TriangleMesh:
-    """The mesh with the vertices beside (V,) bool fixed ones spread evenly and laid onto the surface that has the lines."""
+def _smoothed_beside(mesh: TriangleMesh, fixed: np.ndarray, kept: np.ndarray, surface: TriangleMesh) -> TriangleMesh:
+    """The mesh with the vertices beside (V,) bool fixed ones, except kept ones, spread evenly and laid onto the surface with the lines."""
     index, border, length = SurfaceIndex(surface), border_edges(surface), mean_edge_length(mesh)
     adjacency, free = triangle_adjacency(mesh), fixed.copy()
     for _ in range(RINGS):
         free |= (adjacency @ free) > 0
-    free &= ~fixed
+    free &= ~(fixed | kept)
     chosen = np.flatnonzero(free)
     for _ in range(SMOOTHINGS):
         moved = mesh.vertices.copy()

@@ -1,6 +1,10 @@
 """Edges laid along feature lines: straight, from corner to corner, on a mesh that otherwise stays what it was."""
 
+import itertools
+
 import numpy as np
+import pytest
+import trimesh
 from numpy.testing import assert_array_equal
 
 from refmesh_addon.core.geometry.feature_lines import feature_edges
@@ -10,6 +14,7 @@ from refmesh_addon.core.geometry.self_intersection import crossing_triangles
 from refmesh_addon.core.surfacing.feature_paths import with_feature_edges
 from refmesh_addon.core.surfacing.reconstruction import screened_poisson
 from refmesh_addon.core.surfacing.remeshing import remeshed
+from refmesh_addon.core.types import TriangleMesh
 
 from ..bodies import oriented_points
 from ..shapes import TILT, ball, box, moved
@@ -20,6 +25,18 @@ BOX = moved(box(SIDES), TILT)
 
 def reconstructed(body, triangles=3000):
     return remeshed(screened_poisson(*oriented_points(body, 20_000), 6), triangles)
+
+
+def chamfered(width):
+    """BOX with its edges cut off: each becomes two lines, width * sqrt(2) apart."""
+    cuts = width * (1 - np.eye(3))
+    points = [np.array(signs) * (SIDES / 2 - cut) for signs in itertools.product((-1, 1), repeat=3) for cut in cuts]
+    hull = trimesh.convex.convex_hull(np.array(points))
+    return moved(TriangleMesh(hull.vertices, hull.faces), TILT)
+
+
+def total_length(mesh, edges):
+    return np.linalg.norm(np.diff(mesh.vertices[edges], axis=1)[:, 0], axis=1).sum()
 
 
 def off_the_edges(points):
@@ -48,6 +65,16 @@ def test_the_mesh_stays_closed_and_does_not_cross_itself():
     assert all(tuple(edge) in present for edge in result.features.tolist())
     inner = (SIDES / 2 - np.abs(mesh.vertices @ TILT) > 0.35).sum(axis=1) >= 2  # in the middle of a face
     assert_array_equal(result.mesh.vertices[inner], mesh.vertices[inner])
+
+
+@pytest.mark.parametrize("width", [0.04, 0.08, 0.1])
+def test_where_lines_would_make_the_mesh_cross_itself_only_their_ends_are_given_up(width):
+    body = chamfered(width)  # its mesh crosses itself at a corner when both lines of each chamfer are laid whole
+    edges = feature_edges(body).edges
+    result = with_feature_edges(reconstructed(body), body, edges)
+    assert result.crossing == crossing_triangles(result.mesh).sum() == 0
+    assert is_watertight(result.mesh)
+    assert total_length(result.mesh, result.features) > 0.9 * total_length(body, edges)
 
 
 def test_without_lines_nothing_changes():
