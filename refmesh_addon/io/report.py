@@ -35,8 +35,8 @@ class GroupReport:
     symmetric_bodies : middles of bodies of the mesh that are nearly rotationally symmetric, scene units: their spin does not show in the
     volume, so it is not followed.
     frame_iou_before, frame_iou_after : of each frame.  self_intersections : triangles that cross another one.
-    layout : path of the texture layout, texture : of the steady texture; layout_source : "own", "xatlas" or "projected";
-    layout_charts, layout_stretch (1 is none), layout_area : figures of the layout; all None without color.
+    layout : path of the texture layout, texture : of the steady texture; layout_source : "own", "xatlas_abf", "xatlas",
+    "smart_uv_abf" or "projected"; layout_charts, layout_stretch (1 is none), layout_area : figures of the layout; all None without color.
     left_out : numbers of frames that do not count for the surface.  handover : from the next group's first deformed frame to
     this group's mesh deformed to that frame; None for the last group and until it is evaluated.  reason : why another mesh begins here.
     """

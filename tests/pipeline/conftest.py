@@ -1,5 +1,6 @@
 """A sequence small enough to run the whole pipeline on in seconds."""
 
+import os
 import shutil
 from pathlib import Path
 
@@ -8,7 +9,9 @@ import pytest
 import trimesh
 
 from refmesh_addon.core.settings import Settings
+from refmesh_addon.pipeline.session.blender_program import BLENDER
 
+os.environ[BLENDER] = ""  # a second or two for each layout; tests that need it take this back
 FRAMES = (3, 4, 5)
 TINY = Settings.from_flat(
     {"segments": "groups", "group_size": 3, "centers": 50, "resolution": 32, "alignment_steps": 1, "triangles": 640}

@@ -54,30 +54,42 @@ class LayoutQuality:
 def measured(mesh: TriangleMesh, layout: Layout) -> LayoutQuality:
     """Quality of a layout of this mesh; triangles without area on either side count for the number of charts only."""
     sizes = np.bincount(layout.charts())
-    u, v = layout.corners[:, 1] - layout.corners[:, 0], layout.corners[:, 2] - layout.corners[:, 0]
-    areas = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    areas = signed_areas(layout.corners)
     return LayoutQuality(
         charts=int(np.count_nonzero(sizes)),
         lone_triangles=int(np.count_nonzero(sizes == 1)),
         mirrored=float((areas < 0).mean()),
         area_used=float(np.abs(areas).sum()),
-        stretch=_stretch(mesh, u, v, areas),
+        stretch=float(stretches(mesh, layout.corners, np.zeros(len(areas), np.int64))[0]),
     )
 
 
-def _stretch(mesh: TriangleMesh, u: np.ndarray, v: np.ndarray, areas: np.ndarray) -> float:
-    """Symmetric Dirichlet energy, (s1^2 + s2^2 + 1/s1^2 + 1/s2^2) / 4, of the map at the one scale that makes it least.
+def signed_areas(corners: np.ndarray) -> np.ndarray:
+    """(T,) areas of triangles in the texture, negative for mirrored ones.  corners : (T, 3, 2)."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
+def stretches(mesh: TriangleMesh, corners: np.ndarray, charts: np.ndarray) -> np.ndarray:
+    """(C,) symmetric Dirichlet energy of each chart, (s1^2 + s2^2 + 1/s1^2 + 1/s2^2) / 4, each at the one scale that makes it least.
 
     s1 and s2 are the singular values of the map of a triangle (Smith and Schaefer, "Bijective parameterization with free
     boundaries", SIGGRAPH 2015); their squares add up to the squared Frobenius norm.
+    corners : (T, 3, 2) places in the texture.  charts : (T,) int, 0 to C - 1. NaN for a chart without area.
     """
-    surface = triangle_areas(mesh)
+    surface, areas = triangle_areas(mesh), signed_areas(corners)
     whole = (surface > 0) & (areas != 0)
     a, b, c = mesh.vertices[mesh.triangles[whole]].transpose(1, 0, 2)
-    e, f = b - a, c - a
-    ee, ef, ff = (row_dot(x, y) for x, y in ((e, e), (e, f), (f, f)))
-    uu, uv, vv = (row_dot(x, y) for x, y in ((u, u), (u, v), (v, v)))
-    norm = (ff * uu[whole] - 2 * ef * uv[whole] + ee * vv[whole]) / np.maximum(4 * surface[whole] ** 2, TINY)
+    u, v = (corners[whole, corner] - corners[whole, 0] for corner in (1, 2))
+    ee, ef, ff = _dots(b - a, c - a)
+    uu, uv, vv = _dots(u, v)
+    norm = (ff * uu - 2 * ef * uv + ee * vv) / np.maximum(4 * surface[whole] ** 2, TINY)
     inverse = norm / np.maximum((areas[whole] / surface[whole]) ** 2, TINY)
-    forward, backward = np.average(norm, weights=surface[whole]), np.average(inverse, weights=surface[whole])
-    return float(0.5 * np.sqrt(forward * backward))  # scaling the map trades one sum for the other; the least is their geometric mean
+    owner, weights, count = charts[whole], surface[whole], charts.max(initial=0) + 1
+    forward, backward, total = (np.bincount(owner, part, count) for part in (norm * weights, inverse * weights, weights))
+    with np.errstate(invalid="ignore"):
+        return 0.5 * np.sqrt(forward * backward) / total  # scaling the map trades one sum for the other: the least is their geometric mean
+
+
+def _dots(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return row_dot(u, u), row_dot(u, v), row_dot(v, v)

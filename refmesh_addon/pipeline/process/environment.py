@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...core.errors import RefMeshError
+from ..session.blender_program import BLENDER, running_blender
 
 PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction", "pymeshlab", "distributed")
 PACKAGE_ROOT = Path(__file__).resolve().parents[3]  # the folder that holds refmesh_addon
@@ -53,6 +54,8 @@ def worker_environment() -> dict[str, str]:
     environment["PYTHONNOUSERSITE"] = "1"
     environment["PYTHONSAFEPATH"] = "1"  # a file numpy.py in the current folder must not be taken for numpy
     environment["PYTHONUTF8"] = "1"
+    if running_blender():
+        environment.setdefault(BLENDER, running_blender())
     return environment
 
 

@@ -24,7 +24,7 @@ NEEDED = {
     "scipy": ("1.15", "tracking, reference meshes and deformation do not work"),
     "trimesh": ("4.5", "files other than OBJ cannot be read"),
     "PIL": ("10.0", "pictures (Pillow), and with them the textures of a capture, are not read"),
-    "xatlas": ("0.0.9", "textures have a plainer layout with more seams"),
+    "xatlas": ("0.0.9", "texture layouts have more seams"),
     "constriction": ("0.4", "compressed .refmesh files are neither written nor read"),
     "tqdm": ("4.60", "jobs in background mode do not work"),
 }

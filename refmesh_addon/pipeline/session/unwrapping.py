@@ -28,9 +28,8 @@ def unwrapped(mesh: TriangleMesh, time_limit: float = TIME_LIMIT) -> Layout | No
     """A layout of the mesh without mirrored charts; the same for the same mesh. None when xatlas is missing, fails or takes too long."""
     if not layouts_available():
         return None
-    middle, size = mesh.vertices.mean(axis=0), max(mesh.diagonal, TINY)
     task = io.BytesIO()
-    np.savez(task, vertices=((mesh.vertices - middle) / size).astype(np.float32), triangles=mesh.triangles.astype(np.uint32))
+    np.savez(task, vertices=centered(mesh), triangles=mesh.triangles.astype(np.uint32))
     command = [sys.executable, *(["-S"] if sys.flags.no_site else []), str(PROGRAM), str(time_limit)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     try:
@@ -41,3 +40,8 @@ def unwrapped(mesh: TriangleMesh, time_limit: float = TIME_LIMIT) -> Layout | No
         return None
     result = np.load(io.BytesIO(done.stdout))
     return Layout(result["uvs"], result["triangles"].astype(np.int32))
+
+
+def centered(mesh: TriangleMesh) -> np.ndarray:
+    """(V, 3) float32 vertices around their mean, in diagonals, so that layouts do not depend on unit and place."""
+    return ((mesh.vertices - mesh.vertices.mean(axis=0)) / max(mesh.diagonal, TINY)).astype(np.float32)

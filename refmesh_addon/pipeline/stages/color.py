@@ -31,7 +31,7 @@ from .deformation import DeformedSequence
 from .groups import FrameGroup
 from .own_mesh import own_layout
 
-LAYOUT_SCHEMA = 3
+LAYOUT_SCHEMA = 4
 BAKE_SCHEMA = 3
 STEADY_SCHEMA = 1
 FILES_SCHEMA = 1

@@ -12,11 +12,17 @@ from ...io.ply import write_ply
 from ...io.report import COLORED_FOLDER, TEXTURE_FOLDER
 from ...io.sequence import held_frames, timeline_frame
 from ..session.context import Context
+from ..session.layouts import PROJECTED, SMART_UV_ABF
 from ..session.painted import record_texture, rename_painted
 from .color import EXTENSIONS, ColoredSequence, applied
 from .color_units import GroupLayout, finished
 from .deformation import DeformedSequence
 from .groups import FrameGroup
+
+FALLBACKS = {  # source of a layout -> what is said of it
+    SMART_UV_ABF: "xatlas is missing, failed or took too long; Blender's Smart UV Project, unwrapped angle-based,",
+    PROJECTED: "neither xatlas nor Blender gave a layout; a plain projection",
+}
 
 
 def write_colors(context: Context, deformed: DeformedSequence, colored: ColoredSequence | None) -> None:
@@ -34,8 +40,8 @@ def write_colors(context: Context, deformed: DeformedSequence, colored: ColoredS
 
 def _write_group(context: Context, colored: ColoredSequence, group: FrameGroup) -> list[str]:
     layout = colored.layouts[group.index]
-    if layout.source == "projected":
-        context.warn(f"group {group.index}: xatlas gave no layout; a plainer one with {layout.quality.charts} charts is used")
+    if layout.source in FALLBACKS:
+        context.warn(f"group {group.index}: {FALLBACKS[layout.source]} is used; it has {layout.quality.charts} charts")
     names = {name: f"{TEXTURE_FOLDER}/group_{group.index:03d}_{name}" for name in ("layout.npz", "steady.png", "steady_mask.png")}
     write_npz(context.claim(names["layout.npz"]), {"uvs": layout.layout.uvs, "triangles": layout.layout.triangles})
     steady = colored.steady_files[group.index]

@@ -11,7 +11,6 @@ import numpy as np
 from ...core.color.exposure import exposed
 from ...core.color.frame import BakedFrame, bake_texels, bake_vertices, without_color
 from ...core.color.layout import Layout, LayoutQuality, measured
-from ...core.color.projected_layout import projected_layout
 from ...core.color.steady import filled, median_seen, steady_texture
 from ...core.color.texels import Texels
 from ...core.latest import latest_only
@@ -19,14 +18,12 @@ from ...core.types import FrozenArrays, Keyed, TriangleMesh
 from ...io.appearance import parse_appearance
 from ...io.images import encoded
 from ...io.meshes import read_bytes
-from ..session.unwrapping import unwrapped
+from ..session.layouts import best_layout
 
 
 @dataclass(frozen=True)
 class GroupLayout:
-    """layout, quality : of a group's reference mesh.  source : "own", a UV map of the user's; "xatlas"; or "projected", where xatlas was
-    missing, failed or took too long.
-    """
+    """layout, quality : of a group's reference mesh.  source : "own", a UV map of the user's, or what `best_layout` names."""
 
     layout: Layout
     quality: LayoutQuality
@@ -68,9 +65,8 @@ def texels_of(shared: LayoutTexels) -> Texels:
 
 def make_layout(mesh: TriangleMesh, own: Layout | None) -> GroupLayout:
     """Layout of a reference mesh.  own : a UV map of the user's, which is taken as it is."""
-    layout = own or unwrapped(mesh)
-    chosen = layout or projected_layout(mesh)
-    return GroupLayout(chosen, measured(mesh, chosen), "own" if own else "xatlas" if layout else "projected")
+    layout, source = best_layout(mesh) if own is None else (own, "own")
+    return GroupLayout(layout, measured(mesh, layout), source)
 
 
 def bake_frame(shared: LayoutTexels, deformed: TriangleMesh, source: TriangleMesh, path: Path) -> BakedFrame:

@@ -18,6 +18,7 @@ from refmesh_addon.io.ply import read_colors, read_surface
 from refmesh_addon.pipeline.run import run
 from refmesh_addon.pipeline.session.job import JobSpec
 from refmesh_addon.pipeline.session.parallel import Workers
+from refmesh_addon.pipeline.stages.color_files import FALLBACKS
 from tests.core.color.painted import cube_sphere
 
 from ..colored_takes import GAINS, NUMBERS, STEP, material, write_textured, write_vertex_colored
@@ -104,6 +105,18 @@ def test_a_changed_picture_is_baked_again_and_no_other(take, output, tmp_path):
     made = remade(before, cache_entries(output))
     assert "color/frame_0004" in made and "color/frame_0003" not in made
     assert {name.partition("/")[0] for name in made} == {"color"}
+
+
+def test_plainer_layouts_are_said_and_reported(take, tmp_path, monkeypatch):
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "xatlas.py").write_text("raise ImportError('of another Python')")
+    monkeypatch.syspath_prepend(tmp_path / "broken")  # worker processes and theirs have the same path
+    settings, said, output = Settings.from_flat({**TINY.to_flat(), **SMALL}), [], tmp_path / "out"
+    with Workers(1) as workers:
+        run(JobSpec(str(take), str(output), "3-4", settings=settings), lambda *progress: None, said.append, workers)
+    (group,) = report(output)["groups"]
+    assert group["layout_source"] == "projected" and group["layout_stretch"] < 1.1 and group["layout_area"] > 0
+    assert said == [f"group 0: {FALLBACKS['projected']} is used; it has {group['layout_charts']} charts"]
 
 
 def test_off_makes_no_textures_and_removes_those_there(take, output):
