@@ -194,7 +194,7 @@ def _placing(context: Context, tracking: TrackingResult, group: FrameGroup, bodi
         first = group.source[0]
         positions, settings = tracking.centers_in(group.source), context.settings.reference
         own = None if bodies is None else bodies[tracking.members(first)]
-        rims = np.array([context.frames.statistics[frame].rim_excess for frame in group.frames])
+        rims = np.array([context.frames.statistics[frame].rim_excess for frame in group.source])
         tracks = GroupTracks(positions, tracking.affinity_at(first), tracking.range_of(first).spacing, rims)
         return tracks, settings, own, group.segment
 
