@@ -20,7 +20,7 @@ class OwnMeshOperator(SequenceOperator):
         return absolute(owner.refmesh.output)
 
     def use(self, context, owner, target, over):
-        """Makes an object the mesh of the take.  over : the `MadeOver` of what it was made over."""
+        """Makes an object the mesh of the take.  over : what it was retopologized from."""
         from ..bridge.results.own_mesh import keep_own_mesh
         from ..bridge.sequence.raw_sequence import frame_at
 
@@ -50,12 +50,12 @@ mesh; its polygons, UV maps and vertex groups stay"""
 
     @reporting
     def execute(self, context):
-        from ..bridge.results.made_over import made_over
+        from ..bridge.results.retopology_target import retopology_target
 
         owner, target = sequence_object(context), context.active_object
         self.output_folder(owner)
         context.view_layer.update()  # a script may have moved the object just before
-        return self.use(context, owner, target, made_over(owner, target))
+        return self.use(context, owner, target, retopology_target(owner, target))
 
 
 class REFMESH_OT_remesh_to_quads(OwnMeshOperator, bpy.types.Operator):
@@ -91,13 +91,14 @@ triangles take some 15 seconds"""
 
     @reporting
     def execute(self, context):
-        from ..bridge.results.made_over import MadeOver, results_to_source
         from ..bridge.results.quads import remesh_to_quads
+        from ..bridge.results.retopology_target import RetopologyTarget, results_to_source
 
         owner = sequence_object(context)
         self.output_folder(owner)
         context.view_layer.update()
-        return self.use(context, owner, remesh_to_quads(context, owner, self.faces), MadeOver(results_to_source(owner), reference=True))
+        over = RetopologyTarget(results_to_source(owner), reference=True)
+        return self.use(context, owner, remesh_to_quads(context, owner, self.faces), over)
 
 
 class REFMESH_OT_forget_own_mesh(SequenceOperator, bpy.types.Operator):

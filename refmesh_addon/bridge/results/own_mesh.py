@@ -27,7 +27,7 @@ AXES = {"forward_axis": "Y", "up_axis": "Z"}
 def keep_own_mesh(owner: bpy.types.Object, target: bpy.types.Object, to_source: Matrix, folder: Path) -> Path:
     """Keeps what a render would see of the object now, modifiers applied, and writes its triangles for the job. Returns their file.
 
-    to_source : from its own coordinates to those of the source object, as `made_over` gives it; the file has those of the frames.
+    to_source : from its own coordinates to those of the source object, as `retopology_target` gives it; the file has those of the frames.
     Raises RefMeshError for an object without faces, and when the file cannot be written.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()

@@ -11,7 +11,7 @@ from .surface_frames import along_frames, from_frames, surface_frames
 from .topology import Topology
 
 TANGENT_RATIO = 4  # steps along tangents over those along normals: a vertex may slide on its surface
-THRIFT, SHRINK = 0.1, 1 / 16  # as for `Step`; all frames inherit what is lost here
+RATE_WEIGHT, SHRINK = 0.1, 1 / 16  # as for `Step`; all frames inherit what is lost here
 GREATEST_BOUND = 1 << 24  # of whole steps along an axis
 HIGHEST_RATIO = 8  # of the neighbors' magnitudes over those of the level
 
@@ -23,7 +23,7 @@ def coded_rest(coder: Coder, topology: Topology, step: int, target: np.ndarray |
     """
     points, magnitudes = np.zeros((topology.count, 3)), np.zeros((topology.count, 3), dtype=np.int64)
     points[topology.coarsest] = _coarsest(coder, step, len(topology.coarsest), None if target is None else target[topology.coarsest])
-    sizes = Step(np.array([step, TANGENT_RATIO * step, TANGENT_RATIO * step], dtype=np.float64), THRIFT, SHRINK)
+    sizes = Step(np.array([step, TANGENT_RATIO * step, TANGENT_RATIO * step], dtype=np.float64), RATE_WEIGHT, SHRINK)
     for level, equations in zip(topology.levels, topology.stencils):
         fine = level.fine
         points[fine] = predicted = interpolated(equations, points)

@@ -1,4 +1,4 @@
-"""What a mesh of the user's own was made over: the source or the result in the current frame, or the reference mesh."""
+"""What a mesh of the user's own was retopologized from: the source or the result in the current frame, or the reference mesh."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ COMPARED = 2000  # vertices of the mesh whose distance decides
 
 
 @dataclass(frozen=True)
-class MadeOver:
+class RetopologyTarget:
     """to_source : from the object's own coordinates to those of the source object.  reference : whether it lies over the reference mesh."""
 
     to_source: Matrix
     reference: bool
 
 
-def made_over(owner: bpy.types.Object, target: bpy.types.Object) -> MadeOver:
-    """What the object was made over: if it is one of the results, that; otherwise what it lies nearest to in the scene now.
+def retopology_target(owner: bpy.types.Object, target: bpy.types.Object) -> RetopologyTarget:
+    """What an object was retopologized from: itself if it is one of the results; otherwise what it lies nearest to in the scene now.
 
     Raises RefMeshError for a reference mesh of a take that has several.
     """
@@ -35,7 +35,7 @@ def made_over(owner: bpy.types.Object, target: bpy.types.Object) -> MadeOver:
         over = f"'{target.name}' lies over one of {len(references)} reference meshes"
         raise RefMeshError(f"{over}; make it over a frame, or give the whole take one mesh (One Mesh for)")
     to_source = results_to_source(owner) if results else _to_source(owner, nearest) @ target.matrix_world
-    return MadeOver(to_source, nearest in references)
+    return RetopologyTarget(to_source, nearest in references)
 
 
 def results_to_source(owner: bpy.types.Object) -> Matrix:
