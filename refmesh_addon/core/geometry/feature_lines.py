@@ -1,7 +1,8 @@
 """Feature lines of a mesh: its sharp edges, as far as they form long, smooth lines between smooth faces.
 
 Scans of cloth and hair are full of single sharp edges that are noise. What makes a feature is the whole: a line of sharp edges that runs on
-smoothly, over some length, and beside which the surface is much flatter than the edge is sharp.
+smoothly, over some length, and beside which the surface is much flatter than the edge is sharp. Where a capture has no vertices on an edge,
+the chain of its sharp edges is a zigzag about it: to lay a mesh into that line would take it off the edge.
 """
 
 from __future__ import annotations
@@ -15,13 +16,15 @@ from ..types import FrozenArrays, TriangleMesh
 from .graph import connected_components
 from .half_edges import HalfEdges
 from .mesh import triangle_normals
-from .vectors import normalized, row_dot
+from .vectors import TINY, normalized, row_dot
 
 SHARP = np.radians(30)  # least angle between the normals at a sharp edge
 STRAIGHT = np.cos(np.radians(50))  # least cosine of the turn at a vertex where a line runs on; it ends at sharper corners and at junctions
-LEAST_LENGTH = 0.02  # of a line, as a share of the bounding-box diagonal; four times that below FEW edges, as noise has them
-FEW = 4
+LEAST_LENGTH = 0.02  # of a line, as a share of the bounding-box diagonal; four times that below FEW edges, as noise has them;
+FEW = 4  # but of any length between the ends of longer lines, as at the tip of a tooth of a gear
 ROUGHEST = 0.2  # mean angle at the edges beside a line, as a share of that at its own
+# Crookedness up to which sharp edges are lines: those of captures have up to 0.15, and edges that a capture cuts off at random 0.3 to 0.6.
+CROOKEDEST = 0.2
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,19 @@ def feature_edges(mesh: TriangleMesh) -> FeatureEdges:
     total = np.bincount(lines[on_line], lengths[on_line], count)
     sharpness = np.bincount(lines[on_line], (lengths * angles)[on_line], count) / total
     least = LEAST_LENGTH * mesh.diagonal * np.where(np.bincount(lines[on_line], minlength=count) < FEW, 4, 1)
-    good = (total > least) & (_beside(edges, angles, lines, count, len(mesh.vertices)) < ROUGHEST * sharpness)
-    chosen = np.flatnonzero(on_line)[good[lines[on_line]]]
+    smooth = _beside(edges, angles, lines, count, len(mesh.vertices)) < ROUGHEST * sharpness
+    straight, own = _crookedness(mesh.vertices, edges[on_line]) < CROOKEDEST, lines[on_line]
+    long = straight & (smooth & (total > least))[own]
+    between = _ends_on(edges[on_line], own, np.unique(edges[on_line][long]))
+    chosen = np.flatnonzero(on_line)[long | straight & (smooth & between)[own]]
     return FeatureEdges(edges[chosen], table.pairs[chosen] // 3)
+
+
+def _ends_on(edges: np.ndarray, lines: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """(count,) bool, which lines have two ends, both at some of the given vertices.  edges : (E, 2).  lines : (E,) the line of each."""
+    pairs, occurrences = np.unique(np.column_stack([np.repeat(lines, 2), edges.ravel()]), axis=0, return_counts=True)
+    line, vertex = pairs[occurrences == 1].T
+    return np.bincount(line[np.isin(vertex, vertices)], minlength=lines.max(initial=-1) + 1) == 2
 
 
 def line_labels(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -63,15 +76,41 @@ def line_labels(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
     Two edges are of one line where they meet at a vertex without a third, and without a corner.
     """
-    count = len(edges)
+    joints = _joints(edges)
+    away = normalized(vertices[edges[:, ::-1].T.ravel()] - vertices[edges.T.ravel()])  # from each end along its edge
+    runs_on = row_dot(*away[joints.T]) < -STRAIGHT
+    return connected_components(joints[runs_on] % len(edges), len(edges))[1]
+
+
+def _joints(edges: np.ndarray) -> np.ndarray:
+    """(J, 2) ends of (E, 2) edges that meet at a vertex without a third. End e is the start of edge e, end E + e its other one."""
     ends = edges.T.ravel()
     order = np.argsort(ends, kind="stable")
     starts = np.flatnonzero(np.r_[True, np.diff(ends[order]) != 0])
     pairs = starts[np.diff(np.r_[starts, len(ends)]) == 2]
-    first, second = order[pairs], order[pairs + 1]
-    away = normalized(vertices[np.concatenate([edges[:, 1], edges[:, 0]])] - vertices[ends])  # from each end along its edge
-    runs_on = row_dot(away[first], away[second]) < -STRAIGHT
-    return connected_components(np.column_stack([first, second])[runs_on] % count, count)[1]
+    return np.column_stack([order[pairs], order[pairs + 1]])
+
+
+def _crookedness(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """(E,) how crooked the net of connected edges is that each of (E, 2) edges belongs to: by how much the offsets of successive vertices
+    from the chords of their neighbors differ, in edge lengths.
+
+    0 for straight and for evenly curved lines, of which successive offsets agree; twice the height of a zigzag, of which they alternate.
+    Of a whole net, as pieces of a zigzag may be straight by chance.
+    """
+    ends, others = edges.T.ravel(), edges[:, ::-1].T.ravel()
+    joints = _joints(edges)
+    before, after = vertices[others[joints.T]]
+    chord, step = normalized(after - before), vertices[ends[joints[:, 0]]] - before
+    offsets = np.full(vertices.shape, np.nan)
+    offsets[ends[joints[:, 0]]] = step - row_dot(step, chord)[:, None] * chord
+    jumps = np.linalg.norm(np.diff(offsets[edges], axis=1)[:, 0], axis=1)
+    inner = np.isfinite(jumps)  # edges with a joint at both ends
+    lengths = np.linalg.norm(np.diff(vertices[edges[inner]], axis=1)[:, 0], axis=1)
+    count, nets = connected_components(edges, len(vertices))
+    net = nets[edges[:, 0]]
+    total = np.bincount(net[inner], lengths, count)
+    return (np.bincount(net[inner], jumps[inner], count) / np.maximum(total, TINY))[net]
 
 
 def _beside(edges: np.ndarray, angles: np.ndarray, lines: np.ndarray, count: int, vertices: int) -> np.ndarray:

@@ -41,7 +41,7 @@ from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
-REFERENCE_SCHEMA = 14
+REFERENCE_SCHEMA = 16
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)

@@ -8,6 +8,8 @@ from refmesh_addon.core.geometry.half_edges import HalfEdges
 from refmesh_addon.core.geometry.mesh import triangle_normals
 from refmesh_addon.core.geometry.vectors import row_dot
 from refmesh_addon.core.surfacing.hole_caps import smoothly_capped
+from refmesh_addon.core.types import TriangleMesh
+from sample_scenes.generators.surface import iso_surface
 
 from ..shapes import TILT, ball, box, moved, without
 
@@ -67,3 +69,27 @@ def test_corners_are_junctions_and_bends():
     junctions, bends = line_corners(corners, edges)
     assert junctions.tolist() == [0]
     assert sorted(bends.tolist()) == [2, 3]
+
+
+def test_edges_that_a_capture_cuts_off_at_random_are_no_lines():
+    cube = lambda points: np.abs(points).max(axis=1) - 1.0
+    mesh = iso_surface(cube, np.zeros(3), 1.8, 0.14, np.random.default_rng(0))
+    one, other = triangle_normals(mesh)[HalfEdges.of(mesh).pairs.T // 3]
+    sharp = (row_dot(one, other) < np.cos(SHARP)).sum()
+    assert sharp > 200, "its edges are sharp, but zigzags"
+    assert len(feature_edges(mesh).edges) < 0.02 * sharp, "a corner by chance at most"
+
+
+def test_evenly_curved_lines_are_lines():
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.concatenate([np.column_stack([ring, np.full(24, z)]) for z in (0.0, 0.25, 0.5)] + [[[0, 0, 0], [0, 0, 0.5]]])
+    start, end = np.arange(24), np.roll(np.arange(24), -1)
+    walls = [np.concatenate([np.column_stack(t) for t in ((start, end, end + 24), (start, end + 24, start + 24))]) + 24 * k for k in (0, 1)]
+    lids = [np.column_stack([end, start, np.full(24, 72)]), np.column_stack([start + 48, end + 48, np.full(24, 73)])]
+    assert len(feature_edges(TriangleMesh(points, np.concatenate([*walls, *lids]))).edges) == 48, "both rims of the drum"
+
+
+def test_short_lines_between_long_ones_are_lines():
+    mesh = box((4.0, 2.0, 0.05))  # of edges too few and too short to be lines by themselves
+    assert length_of(mesh) == pytest.approx(4 * (4.0 + 2.0 + 0.05))
