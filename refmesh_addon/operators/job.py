@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..core.errors import RefMeshError
+from ..core.settings import STAGES
 from ..properties.preferences import preferred_scheduler
 from ..properties.settings import setting_properties
 from ..properties.wording import for_window
@@ -54,6 +55,7 @@ class JobOperator(ShowingOperator):
     @reporting
     def execute(self, context):
         from ..bridge.results.freshness import is_up_to_date
+        from ..bridge.results.own_layouts import keep_own_layouts
         from ..pipeline.process.client import WorkerProcess
         from ..pipeline.process.lock import keep_lock
         from ..pipeline.session.job import CACHE_FOLDER
@@ -62,7 +64,9 @@ class JobOperator(ShowingOperator):
         spec = self._spec(owner.refmesh)
         if self.keep_lock:
             keep_lock(Path(spec.output) / CACHE_FOLDER, spec.output)
-        if self.resume and is_up_to_date(owner, self.until, spec.settings.to_flat(), spec.frames, absolute(spec.output)):
+        other_layouts = self.until == STAGES[-1] and keep_own_layouts(owner, Path(spec.output))
+        unchanged = self.resume and not other_layouts
+        if unchanged and is_up_to_date(owner, self.until, spec.settings.to_flat(), spec.frames, absolute(spec.output)):
             self.report({"INFO"}, "everything is up to date: nothing was computed, and the scene is as it was")
             return {"FINISHED"}
         self.remember_sequence(owner)

@@ -24,7 +24,7 @@ from .attributes import (
     write_layers,
     write_weights,
 )
-from .meshes import fill_mesh, read_positions, set_positions
+from .meshes import corner_vertices, fill_mesh, read_positions, set_positions
 from .shape_keys import ShapeKey, read_shape_keys, shift_shape_keys, write_shape_keys
 
 if TYPE_CHECKING:
@@ -66,9 +66,7 @@ def has_topology(mesh: bpy.types.Mesh, target: TriangleMesh | PreviewMesh) -> bo
         return len(mesh.vertices) == len(target.vertices)
     if (len(mesh.vertices), len(mesh.polygons), len(mesh.loops)) != (len(target.vertices), len(target.triangles), target.triangles.size):
         return False
-    corners = np.empty(target.triangles.size, dtype=np.int32)
-    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
-    return np.array_equal(corners, target.triangles.ravel())
+    return np.array_equal(corner_vertices(mesh), target.triangles.ravel())
 
 
 def rest_positions(mesh: bpy.types.Mesh) -> np.ndarray:

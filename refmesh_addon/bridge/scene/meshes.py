@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import bpy
 import numpy as np
 
@@ -10,6 +12,7 @@ from ...io.preview import PreviewMesh
 
 UV_NAME = "RefMesh Layout"  # not "UVMap", which is what Blender calls the first one of a person
 OWN_LAYOUT = "refmesh_own_layout"  # custom property of a mesh whose own UV map the textures were baked for
+WRITTEN_LAYOUT = "refmesh_written_layout"  # custom property: digests of the topology and of the UV map that RefMesh gave the mesh
 COLOR_NAME = "Col"  # as Blender's PLY importer calls vertex colors; Cycles does not find one called "color"
 
 
@@ -79,6 +82,32 @@ def set_uvs(target: bpy.types.Mesh, corners: np.ndarray) -> None:
     layer.uv.foreach_get("vector", present)
     if not np.array_equal(present, target_uvs):
         layer.uv.foreach_set("vector", target_uvs)
+    target[WRITTEN_LAYOUT] = [_digest(corner_vertices(target)), _digest(target_uvs)]
+
+
+def added_uvs(mesh: bpy.types.Mesh) -> np.ndarray | None:
+    """(T, 3, 2) float32 places of the corners of the triangles in the UV map that renders use, where a person has added or edited it."""
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    if layer is None or len(mesh.loops) != 3 * len(mesh.polygons):
+        return None
+    places = np.empty(2 * len(mesh.loops), dtype=np.float32)
+    layer.uv.foreach_get("vector", places)
+    if layer.name == UV_NAME:
+        topology, written = mesh.get(WRITTEN_LAYOUT, ("", ""))
+        if topology != _digest(corner_vertices(mesh)) or written == _digest(places):
+            return None
+    return places.reshape(-1, 3, 2)
+
+
+def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(L,) int32 vertex of each corner."""
+    corners = np.empty(len(mesh.loops), dtype=np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+    return corners
+
+
+def _digest(values: np.ndarray) -> str:
+    return hashlib.blake2b(values.tobytes(), digest_size=16).hexdigest()
 
 
 def has_layout(mesh: bpy.types.Mesh) -> bool:

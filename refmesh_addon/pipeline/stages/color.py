@@ -29,7 +29,7 @@ from .color_units import (
 )
 from .deformation import DeformedSequence
 from .groups import FrameGroup
-from .own_mesh import own_layout
+from .own_layout import own_layouts
 
 LAYOUT_SCHEMA = 4
 BAKE_SCHEMA = 3
@@ -78,11 +78,11 @@ def color(context: Context, deformed: DeformedSequence) -> ColoredSequence | Non
 
 
 def _layouts(context: Context, deformed: DeformedSequence) -> Mapping[int, GroupLayout]:
-    """A mesh of the user's own keeps its UV map."""
-    units, given = {}, own_layout(context)
+    """UV maps of the user's own are kept."""
+    units, given = {}, own_layouts(context, deformed)
     for group in deformed.groups:
         mesh = deformed.references[group.index].mesh
-        own = given[1] if given is not None and np.array_equal(given[0], mesh.triangles) else None
+        own = given.get(group.index)
         key = digest(LAYOUT_SCHEMA, mesh.vertices.tobytes(), mesh.triangles.tobytes(), own.corners.tobytes() if own else b"")
         units[group.index] = WorkUnit(f"color/layout_{group.index:03d}", key, lambda mesh=mesh, own=own: (mesh, own))
     return cached_map(context, make_layout, units, GroupLayout, LAYOUTS)

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import numpy as np
-
-from ...core.color.layout import Layout
-from ...core.color.own_layout import layout_of
 from ...core.errors import RefMeshError
 from ...core.reference.own_mesh import check_own_mesh, check_structure
 from ...core.settings import OVER_REFERENCE
 from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
 from ...io.meshes import parse_mesh, read_bytes
-from ...io.own_uvs import own_uvs
 from ..session.cache import digest
 from ..session.context import Context
 
@@ -65,18 +58,3 @@ def check_own(context: Context) -> None:
             check_own_mesh(own_mesh(context), context.frames.surface(frame))
     except ValueError as error:
         raise RefMeshError(f"{context.settings.reference.mesh}, over {name}: {error}") from error
-
-
-def own_layout(context: Context) -> tuple[np.ndarray, Layout] | None:
-    """Triangles (T, 3) of the mesh of `--mesh` and its UV map; None where there is none, or, with a warning, one that cannot be used."""
-    path = context.settings.reference.mesh
-    if not path:
-        return None
-    try:
-        triangles, uvs = own_mesh(context).triangles, own_uvs(Path(path))
-        if uvs is None or len(uvs) != len(triangles):
-            return None
-        return triangles, layout_of(uvs)
-    except (OSError, ValueError, RefMeshError) as error:
-        context.warn(f"{path}: its UV map cannot hold the colors: {error}; another layout is computed")
-        return None
