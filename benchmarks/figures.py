@@ -27,7 +27,7 @@ def figures(report: dict) -> dict[str, object]:
     row: dict[str, object] = {"sequence": f"{report['sequence']['name']}, {len(report['frames'])} frames"}
     for way in WAYS:
         for figure in STATISTICS:
-            values = [100 * frame[way][figure] for frame in report["frames"]]
+            values = [100 * frame[way][figure] for frame in report["frames"] if way in frame]  # bad frames have none
             row[f"{way}_{figure}"] = [min(values), max(values)]
     groups = report["groups"]
     row["triangles"] = [min(group["triangles"] for group in groups), max(group["triangles"] for group in groups)]

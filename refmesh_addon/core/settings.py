@@ -28,12 +28,19 @@ class TrackingSettings(StageSettings):
             "open": "Surfaces that end: the result ends where the capture does, and parts that a frame does not show can be hidden",
         },
     )
+    bad_frames: str = option(
+        "bridge",
+        "What becomes of a few frames in which something is lost, doubled or leaps away, between frames that agree",
+        choices={
+            "bridge": "Their mesh moves on from the frame before to the one after",
+            "cut": "The frame before is held, and another mesh begins after them",
+            "fit": "They are followed and fitted as captured",
+        },
+    )
     centers: int = option(
         1000,
         "Points, called centers, that follow the volume; more of them reach thinner parts such as fingers and cost time",
-        low=16,
-        high=8000,
-        label="Detail",
+        low=16, high=8000, label="Detail",
     )
     resolution: int = option(
         256, "Voxels along the longest side of a frame when the volume is filled", low=16, high=1024, label="Voxel Resolution"
@@ -168,9 +175,7 @@ class ReferenceSettings(StageSettings):
         0,
         "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames, from 30,000 "
         "(fewer for bodies with flat faces) to 150,000",
-        low=0,
-        high=5_000_000,
-        manual=30_000,
+        low=0, high=5_000_000, manual=30_000,
     )
 
 
@@ -199,9 +204,7 @@ class DeformationSettings(StageSettings):
     arap_iterations: int = option(
         10,
         "Maximum number of local/global iterations of the deformation by key points; it ends sooner where it has converged",
-        low=1,
-        high=1000,
-        label="ARAP Iterations",
+        low=1, high=1000, label="ARAP Iterations",
     )
     smoothness: float = option(0.01, "Weight of the smooth-rotation term (alpha in the paper)", low=0.0, high=10.0)
     fit_rounds: int = option(

@@ -78,7 +78,7 @@ class FrameReport:
     held : share of vertices that no point of the source pulled.  hidden : share of vertices that lie inside a contact.
     absent : share of vertices of bodies that the frame does not show at all; they are in one point of the surface.
     visible_to_source : from the deformed surface, but for what lies in a contact or over a hole of the source; `unseen` is its share.
-    d1_psnr, d2_psnr : dB.
+    d1_psnr, d2_psnr : dB.  between : numbers of the frames that a bad frame moves between, or of the one that it holds.
     Of open takes only: kept : share of the captured surface that was kept.  skirts, flying, frayed : shares that were left out of it.
     border : distances between the borders of what was kept and of what is visible.
     texture, texture_mask : paths of the frame's picture and of the mask of what it shows of the capture; colored : path of the mesh with
@@ -98,6 +98,7 @@ class FrameReport:
     deformed_to_source: Distances | None = None
     visible_to_source: Distances | None = None
     unseen: float | None = None
+    between: tuple[int, ...] | None = None
     d1_psnr: float | None = None
     d2_psnr: float | None = None
     texture: str | None = None
@@ -149,6 +150,23 @@ class BodyReport:
 
 
 @dataclass(frozen=True)
+class BadFrameReport:
+    """A frame in which something is lost, doubled or leaps away for a moment, and which is not fitted.
+
+    frame : number.  reason : what is wrong with it.  position : about where, in the coordinates of the input.
+    before, after : numbers of the frames around that agree.  bridged : whether its mesh moves from the one to the other; otherwise
+    that of the frame before is held.
+    """
+
+    frame: int
+    reason: str
+    position: tuple[float, ...]
+    before: int
+    after: int
+    bridged: bool
+
+
+@dataclass(frozen=True)
 class TransientReport:
     """Pieces of a frame that are there for a few frames only, and are not followed.
 
@@ -161,6 +179,9 @@ class TransientReport:
     position: tuple[float, ...]
     area: float
     shown: bool
+
+
+ENTRIES = {"groups": GroupReport, "frames": FrameReport, "far_places": FarPlace, "bodies": BodyReport, "bad_frames": BadFrameReport}
 
 
 @dataclass
@@ -188,6 +209,7 @@ class Report:
     bodies: list[BodyReport] = field(default_factory=list)
     far_places: list[FarPlace] = field(default_factory=list)
     transients: list[TransientReport] = field(default_factory=list)
+    bad_frames: list[BadFrameReport] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, object]:
@@ -209,6 +231,7 @@ class Report:
             "bodies": [asdict(body) for body in self.bodies],
             "far_places": [asdict(place) for place in self.far_places],
             "transients": [asdict(entry) for entry in self.transients],
+            "bad_frames": [asdict(entry) for entry in self.bad_frames],
             "warnings": self.warnings,
         }
 
@@ -240,7 +263,7 @@ def read_report(output: str | Path) -> dict[str, object]:
     if schema != SCHEMA:
         raise RefMeshError(f"{path}: written by another version of RefMesh (schema {schema}, not {SCHEMA}); run it on this folder again")
     try:
-        check_report(report, path.parent, GroupReport, FrameReport, FarPlace, BodyReport)
+        check_report(report, path.parent, ENTRIES)
     except ValueError as error:
         raise RefMeshError(f"{path}: the report is damaged ({error}); run RefMesh on this folder again") from error
     return report

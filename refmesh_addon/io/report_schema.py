@@ -22,19 +22,17 @@ PATHS = {"reference", "playback", "visibility", "layout", "texture", "texture_ma
 LARGEST_NUMBER = 10**18  # of a frame or a group
 
 
-def check_report(report: object, folder: Path, group: type, frame: type, place: type, body: type) -> None:
+def check_report(report: object, folder: Path, kinds: Mapping[str, type]) -> None:
     """Raises ValueError, naming the entry, for a report that is not as `Report.to_dict` gives it.
 
-    folder : that it is in.  group, frame, place, body : the dataclasses of its entries.
+    folder : that it is in.  kinds : the dataclass of the entries of each of its lists; "groups" and "frames" have to be there.
     """
     if not isinstance(report, dict):
         raise ValueError("it is not an object")
-    _check_entries(report, "groups", group, folder)
-    _check_entries(report, "frames", frame, folder)
-    for key, kind in (("far_places", place), ("bodies", body)):
-        if key in report:
+    for key, kind in kinds.items():
+        if key in report or key in ("groups", "frames"):
             _check_entries(report, key, kind, folder)
-            if any(len(entry["position"]) != 3 for entry in report[key]):
+            if any(len(entry.get("position", (0, 0, 0))) != 3 for entry in report[key]):
                 raise ValueError(f"a position in '{key}' has not three numbers")
     if any(len(entry["frames"]) not in (0, 2) for entry in report.get("bodies", [])):
         raise ValueError("the frames of an entry of 'bodies' are not first and last")

@@ -57,9 +57,12 @@ def timeline_frame(sequence: Sequence, number: int) -> int:
     return _unshifted(sequence, number) + shift
 
 
-def held_frames(sequence: Sequence) -> tuple[int, ...]:
-    """For each scene frame from first to last, the index of the frame it shows; a missing frame holds the one before."""
-    starts = [timeline_frame(sequence, number) for number in sequence.numbers]
+def held_frames(sequence: Sequence, numbers: tuple[int, ...] = ()) -> tuple[int, ...]:
+    """For each scene frame from first to last, the index of the frame it shows; a missing frame holds the one before.
+
+    numbers : of the frames that are shown, in order, the first and the last of the sequence among them; empty for all.
+    """
+    starts = [timeline_frame(sequence, number) for number in numbers or sequence.numbers]
     lengths = [after - before for before, after in pairwise(starts)] + [1]
     return tuple(index for index, length in enumerate(lengths) for _ in range(length))
 

@@ -53,6 +53,7 @@ class RefMeshFrame(bpy.types.PropertyGroup):
     overstretched: FloatProperty(
         name="Overstretched", description="Share of the surface whose triangles are stretched more than threefold", default=UNKNOWN
     )
+    bad: StringProperty(name="Bad", description="What is lost or doubled in this frame, so that it is not fitted")
 
 
 class RefMeshFinding(bpy.types.PropertyGroup):

@@ -106,6 +106,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
         state = sequence_object(context).refmesh
         if state.groups:
             self.layout.prop(state, "arrangement")
+        self._draw_bad(context, [frame for frame in state.frames if frame.bad])
         measured = [frame for frame in state.frames if frame.is_property_set("distance")]
         if measured:
             self.layout.prop(state, "heat_map")
@@ -118,6 +119,14 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
         if state.places:
             draw_wrapped(self.layout, context, "Surface farther than 1 % of the diagonal from the other", icon="ERROR")
             self.layout.template_list("REFMESH_UL_places", "", state, "places", state, "active_place", rows=min(ROWS, len(state.places)))
+
+    def _draw_bad(self, context, frames):
+        """Buttons that go to the frames that are not fitted."""
+        if frames:
+            draw_wrapped(self.layout, context, f"Bad frames, which are not fitted: {len(frames)}", icon="ERROR")
+            column = self.layout.column(align=True)
+            for frame in frames[:WORST_SHOWN]:
+                column.operator("refmesh.go_to_frame", text=f"{frame.name}:  {frame.bad}").frame = frame.name
 
     def _draw_worst(self, frames, name, digits):
         """Buttons that go to the frames with the largest values of a property."""

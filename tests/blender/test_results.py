@@ -47,6 +47,24 @@ def test_a_missing_number_holds_the_one_before(solved):
     np.testing.assert_array_equal(evaluated(solved.refmesh.groups[0].deformed), before)
 
 
+def test_bodies_and_bad_frames_of_the_report_reach_the_panel(blender, ball, results):
+    path = results / "report.json"
+    report = json.loads(path.read_text())
+    alone = {"centers": 20, "position": [0.0, 0.0, 0.0]}
+    report["bodies"] = [alone | {"frames": [8, 8], "by_motion": False}, alone | {"frames": [6, 10], "by_motion": True}]
+    bad = {"frame": 8, "reason": "5% of the surface is missing", "position": [0.0, 0.0, 0.0], "before": 6, "after": 10}
+    report["bad_frames"] = [bad | {"bridged": True}]
+    path.write_text(json.dumps(report))
+    blender.ops.refmesh.load_results(output=str(results))
+    assert ball.refmesh.bodies.splitlines() == [
+        "Body 1: 20 centers, widest gap in frame 8",
+        "Body 2: 20 centers, moves apart in frames 6-10",
+    ]
+    assert {frame.name: frame.bad for frame in ball.refmesh.frames if frame.bad} == {
+        "8": "5% of the surface is missing; moves from 6 to 10"
+    }
+
+
 def test_centers_are_spheres_that_follow_their_cache_and_keep_their_colors(solved, results):
     positions = np.load(results / "centers.npz")["positions"]
     solved.refmesh.show_centers = True

@@ -63,10 +63,12 @@ def render_preview(owner: bpy.types.Object, scene_frame: int, results: Path, tar
 def _results_of(number: int, results: Path) -> tuple[dict, dict]:
     """Group and frame in the report; the frame is empty where it was not deformed yet."""
     report = read_report(results)
-    group = next((group for group in report["groups"] if number in group["frames"]), None)
+    entry = next((frame for frame in report["frames"] if frame["number"] == number), {})
+    # A bad frame is in no group; its entry says whose mesh it shows.
+    group = next((group for group in report["groups"] if number in group["frames"] or group["index"] == entry.get("group")), None)
     if group is None:
         raise RefMeshError(f"{results}: no reference mesh for frame {number}; run the steps first")
-    return group, next((frame for frame in report["frames"] if frame["number"] == number), {})
+    return group, entry
 
 
 def _actor(scene: bpy.types.Scene, mesh: TriangleMesh | PreviewMesh, material: bpy.types.Material) -> bpy.types.Object:

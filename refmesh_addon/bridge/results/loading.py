@@ -113,6 +113,7 @@ def _update_state(owner: bpy.types.Object, results: Results) -> None:
     measured = {str(frame["number"]): frame["source_to_deformed"]["mean"] for frame in report["frames"] if frame.get("source_to_deformed")}
     _set_of_frames(state, "distance", measured)
     _set_of_frames(state, "overstretched", {str(frame["number"]): frame.get("overstretched", 0.0) for frame in report["frames"]})
+    _set_of_frames(state, "bad", {str(entry["frame"]): _bad_note(entry) for entry in report.get("bad_frames", [])})
     state.bodies = "\n".join(_body_lines(report.get("bodies", [])))
     _show_places(state, results)
     reached = [True, bool(report["groups"]), bool(report["frames"]), bool(measured), "color" in report["seconds"]]
@@ -145,6 +146,12 @@ def _body_lines(bodies: list[dict]) -> list[str]:
         shown = f"moves apart in frames {first}-{last}" if body["by_motion"] else f"widest gap in frame {first}"
         lines.append(f"Body {number}: {body['centers']} centers, {shown}")
     return lines
+
+
+def _bad_note(entry: dict) -> str:
+    """What the panel says of a bad frame."""
+    done = f"moves from {entry['before']} to {entry['after']}" if entry["bridged"] else f"holds {entry['before']}"
+    return f"{entry['reason']}; {done}"
 
 
 def _show_places(state, results: Results) -> None:

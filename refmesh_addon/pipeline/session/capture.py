@@ -9,7 +9,7 @@ from __future__ import annotations
 import filecmp
 import os
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +48,28 @@ class CapturedSequence:
 
     keys: dict[int, str]
     files: Mapping[int, CapturedFile]
+
+    def only(self, kept: Iterable[int]) -> CapturedSequence:
+        """Some of the frames, numbered anew from 0."""
+        names = dict(enumerate(kept))
+        return CapturedSequence({new: self.keys[old] for new, old in names.items()}, _Renamed(self.files, names))
+
+
+@dataclass(frozen=True)
+class _Renamed(Mapping[int, CapturedFile]):
+    """Files under other names.  names : new -> old."""
+
+    files: Mapping[int, CapturedFile]
+    names: dict[int, int]
+
+    def __getitem__(self, name: int) -> CapturedFile:
+        return self.files[self.names[name]]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
 
 
 def capture_sequence(

@@ -14,10 +14,11 @@ from ...core.settings import Settings
 from ...io.files import output_folder
 from ...io.frame_range import format_ranges
 from ...io.report import REPORT_NAME, Report
-from ...io.sequence import Sequence
+from ...io.sequence import Sequence, held_frames
 from .cache import Cache
 from .frames import Frames, read_frames
 from .job import CACHE_FOLDER, TRACKING, JobSpec
+from .left_out import LeftOut
 from .memory import task_bytes
 from .part import Part
 from .session import Session, WorkerPool
@@ -32,7 +33,7 @@ class Context(Session):
     """One run of the stages: its input, where results go, and whom to tell.
 
     warn : one line for a person, which the report keeps too.  group_ready : called with the index of each group once its frames can
-    be played, while others are still being deformed.
+    be played, while others are still being deformed.  left_out : bad frames of the take, which no stage knows of.
     """
 
     frames: Frames
@@ -40,6 +41,7 @@ class Context(Session):
     report: Report
     warn: Callable[[str], None]
     group_ready: Callable[[int], None] = lambda index: None
+    left_out: LeftOut = LeftOut()
 
     @classmethod
     def open(
@@ -65,10 +67,14 @@ class Context(Session):
         for note in sequence.notes:
             warn_and_report(f"{sequence.name}: {note}")
         if sequence.gaps:
-            warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held")
+            over = "; a mesh that both sides share moves on over a few" if spec.settings.tracking.bad_frames == "bridge" else ""
+            warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held{over}")
         cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
         session = Session(output, cache, workers, notify, part=part)
-        frames = read_frames(session, sequence, StageShare(TRACKING, 0.0, READING_SHARE), warn_and_report, spec.settings.tracking.surface)
+        reading = StageShare(TRACKING, 0.0, READING_SHARE)
+        frames, bad = read_frames(session, sequence, reading, warn_and_report, spec.settings.tracking)
+        left_out = LeftOut.of(bad, sequence.numbers, spec.settings.tracking.bad_frames == "bridge")
+        left_out.report(report, warn_and_report)
         needed = [one.needed_triangles for one in frames.statistics]
         reference = triangle_budget(spec.settings.reference.triangles, frames.counts, needed)
         if workers.fit_memory(task_bytes(max(frames.counts), reference)):
@@ -76,12 +82,23 @@ class Context(Session):
             warn(f"only {workers.count} processes work at a time, as more would not fit the memory")
         report.surface = frames.kind
         report.bbox_diagonal, report.offset = frames.diagonal, tuple(frames.offset.tolist())
-        return cls(output, cache, workers, notify, frames, spec.settings, report, warn_and_report, part=part)
+        return cls(output, cache, workers, notify, frames, spec.settings, report, warn_and_report, part=part, left_out=left_out)
 
     @property
     def numbers(self) -> tuple[int, ...]:
         """Number of each frame as in its file name."""
         return self.frames.sequence.numbers
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """For each scene frame from first to last, the index of the frame it shows; missing and bad ones hold the one before."""
+        return held_frames(self.report.sequence, self.numbers)
+
+    @property
+    def cuts(self) -> tuple[int, ...]:
+        """Indices of the frames that no mesh may share with the frame before."""
+        after = () if self.left_out.bridged else {bad.after for bad in self.left_out.frames}
+        return tuple(sorted(self.numbers.index(number) for number in after))
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from ...core.capture.bad_frames import BadFrame, BadFrameSearch
 from ...core.capture.cleaning import MeshStatistics
 from ...core.capture.floaters import without_floaters
 from ...core.capture.open_take import open_take
@@ -18,6 +20,7 @@ from ...core.capture.transients import visits
 from ...core.errors import RefMeshError
 from ...core.geometry.mesh import submesh, vertex_components
 from ...core.geometry.storage_offset import storage_offset
+from ...core.settings import TrackingSettings
 from ...core.surfacing.hole_caps import CappedMesh, smoothly_capped
 from ...core.types import TriangleMesh
 from ...io.frame_range import format_ranges
@@ -44,6 +47,7 @@ class _Survey:
         self.statistics: list[MeshStatistics] = []
         self.facing: list[np.ndarray] = []
         self.boxes: list[tuple[np.ndarray, np.ndarray]] = []
+        self.bad_frames = BadFrameSearch()
 
     def pieces(self, captured: CapturedSequence) -> Iterator[Pieces]:
         """The pieces of each file, in order."""
@@ -54,6 +58,7 @@ class _Survey:
             self.statistics.append(frame.statistics)
             self.facing.append(frame.facing)
             self.boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
+            self.bad_frames.add(file.pieces)
             yield file.pieces
 
 
@@ -68,7 +73,7 @@ class Frames:
     surface is then without what depth cameras add to it, and the body is a layer or a shell, of which all else counts as a cap.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
     corners.  diagonals : (F,) of the boxes, scene units.  statistics : of each frame as it came.
-    Raises RefMeshError, naming the file, for a frame that is not of the size of the others.
+    bad : frames in which something is lost or doubled for a moment; none where the take is not closed, as what is seen changes then.
     """
 
     def __init__(self, sequence: Sequence, captured: CapturedSequence, requested: str = "auto"):
@@ -76,13 +81,14 @@ class Frames:
         self.keys = [captured.keys[index] for index in range(len(sequence.frames))]
         survey = _Survey()
         shown = visits(survey.pieces(captured))
+        bad = survey.bad_frames.finished()
         self.counts, self.inside_out, self.statistics = survey.counts, survey.inside_out, survey.statistics
         self.boxes = np.array(survey.boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
-        self._check_scales()
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)
         self.kind = take_kind([surface_kind(one.capped, one.compactness, one.of_pieces) for one in self.statistics], requested)
         self.take = open_take(self.kind, list(zip(survey.facing, survey.statistics, strict=True))) if self.kind != CLOSED else None
+        self.bad = bad if self.take is None else ()
         # Of open takes, artifacts are left out first; which of their surfaces a frame shows is known by vertex.
         by_index = lambda rows: {index: pieces for index, pieces in enumerate(rows) if len(pieces) and self.take is None}
         self.transients, self.coming, self.leaving = (by_index(rows) for rows in (shown.transient, shown.coming, shown.leaving))
@@ -162,7 +168,8 @@ class Frames:
         except RefMeshError as error:
             raise RefMeshError(f"{self.path(index)}: its cached copy disappeared during the run; start the run again") from error
 
-    def _check_scales(self) -> None:
+    def check_scales(self) -> None:
+        """Raises RefMeshError, naming the file, for a frame that is not of the size of the others."""
         usual = float(np.median(self.diagonals))
         jump = np.maximum(self.diagonals / usual, usual / np.maximum(self.diagonals, np.finfo(float).tiny))
         worst = int(np.argmax(jump))
@@ -173,19 +180,28 @@ class Frames:
             )
 
 
-def read_frames(session: Session, sequence: Sequence, share: StageShare, warn: Callable[[str], None], requested: str = "auto") -> Frames:
-    """The frames of a sequence; warns of those that were inside out, and says once what kind of capture it is unless it is closed.
+def read_frames(
+    session: Session, sequence: Sequence, share: StageShare, warn: Callable[[str], None], settings: TrackingSettings
+) -> tuple[Frames, tuple[BadFrame, ...]]:
+    """The frames of a sequence, without bad ones unless these are to be fitted as well, and the bad ones that were left out.
 
-    requested : the setting `surface`. Raises RefMeshError for a frame that cannot be used.
+    Warns of those that were inside out, and says once what kind of capture it is unless it is closed. Raises RefMeshError for a frame
+    that cannot be used.
     """
-    frames = Frames(sequence, capture_sequence(session, sequence, share), requested)
+    captured, requested = capture_sequence(session, sequence, share), settings.surface
+    frames, bad = Frames(sequence, captured, requested), ()
+    if frames.bad and settings.bad_frames != "fit":
+        bad = frames.bad
+        kept = np.setdiff1d(np.arange(len(frames)), [one.index for one in bad]).tolist()
+        frames = Frames(replace(sequence, frames=tuple(sequence.frames[index] for index in kept)), captured.only(kept), requested)
+    frames.check_scales()
     _warn_of_inside_out(frames, warn)
     _warn_of_strays(frames, warn)
     if frames.take is None:
         _warn_of_open_frames(frames, warn)
     else:
         warn(f"{sequence.name}: the take shows {DESCRIPTIONS[frames.kind]} (--surface {requested})")
-    return frames
+    return frames, bad
 
 
 def _warn_of_inside_out(frames: Frames, warn: Callable[[str], None]) -> None:

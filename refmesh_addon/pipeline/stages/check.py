@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from ...core.capture.bad_frames import bad_frames
 from ...core.capture.diagnosis import FrameStatistics, describe_take, diagnose
+from ...core.capture.openness import CLOSED, take_kind
 from ...core.capture.transients import visits
 from ...core.errors import RefMeshError
 from ...core.findings import Finding
@@ -37,6 +39,8 @@ def check_sequence(spec: JobSpec, sequence: Sequence, notify: Notify, workers: W
     ]
     findings = diagnose(statistics, sequence.gaps, spec.settings.tracking.surface)
     findings += _transients(sequence, captured)
+    if take_kind([one.kind for one in statistics if not one.error], spec.settings.tracking.surface) == CLOSED:
+        findings += _bad_frames(sequence, captured)
     findings += [Finding("names", "note", sequence.numbers[0], note) for note in sequence.notes]
     findings += [Finding("scene", "note", sequence.numbers[0], note) for note in spec.notes]
     findings += [Finding("cache", "note", sequence.numbers[0], note) for note in damaged]
@@ -53,6 +57,13 @@ def _transients(sequence: Sequence, captured: CapturedSequence) -> list[Finding]
     message = "{} pieces are there for a few frames only; they are not followed but shown as captured, there and nowhere else"
     numbers = [sequence.numbers[index] for index in captured.files]
     return [Finding("transient", "note", number, message.format(len(own))) for number, own in zip(numbers, transients) if len(own)]
+
+
+def _bad_frames(sequence: Sequence, captured: CapturedSequence) -> list[Finding]:
+    """What is lost or doubled for a moment, in a take of closed bodies."""
+    numbers = [sequence.numbers[index] for index in captured.files]
+    found = bad_frames(file.pieces for file in captured.files.values())
+    return [Finding("bad", "note", numbers[bad.index], f"{bad.reason}; the frame is not fitted (--bad-frames)") for bad in found]
 
 
 def _unreadable(frame: Frame, error: RefMeshError) -> FrameStatistics:

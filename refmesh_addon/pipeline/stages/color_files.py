@@ -10,7 +10,7 @@ from ...core.evaluation.psnr import PSNR_CEILING
 from ...io.files import atomic_file, output_folder, write_npz
 from ...io.ply import write_ply
 from ...io.report import COLORED_FOLDER, TEXTURE_FOLDER
-from ...io.sequence import held_frames, timeline_frame
+from ...io.sequence import timeline_frame
 from ..session.context import Context
 from ..session.layouts import PROJECTED, SMART_UV_ABF
 from ..session.painted import record_texture, rename_painted
@@ -77,14 +77,14 @@ def _write_frame(context: Context, colored: ColoredSequence, group: FrameGroup, 
         "picture_ssim": error.picture_ssim,
     }
     _note(context, frame, colored, texture=image, texture_mask=mask, filled=files.filled, **psnr)
+    _note_held(context, frame, mask, extension)
     return [image, mask, *repeated]
 
 
 def _scene_frames(context: Context, frame: int) -> list[int]:
     """Frames of the scene that show a frame: its own, and those of missing frames behind it."""
-    sequence = context.frames.sequence
-    first = timeline_frame(sequence, context.numbers[0])
-    return [first + position for position, shown in enumerate(held_frames(sequence)) if shown == frame]
+    first = timeline_frame(context.report.sequence, context.numbers[0])
+    return [first + position for position, shown in enumerate(context.shown) if shown == frame]
 
 
 def _write_colored(context: Context, deformed: DeformedSequence, colored: ColoredSequence, group: FrameGroup) -> list[str]:
@@ -99,6 +99,15 @@ def _write_colored(context: Context, deformed: DeformedSequence, colored: Colore
         _note(context, frame, colored, colored=name, filled=float((~baked.seen & steady.seen).mean()))
         names.append(name)
     return names
+
+
+def _note_held(context: Context, frame: int, mask: str, extension: str) -> None:
+    """Bad frames after a frame have its pictures."""
+    held = {bad.frame for bad in context.left_out.frames if bad.before == context.numbers[frame]}
+    for row, entry in enumerate(context.report.frames):
+        if entry.number in held:
+            image = f"{TEXTURE_FOLDER}/frame_{timeline_frame(context.report.sequence, entry.number):04d}{extension}"
+            context.report.frames[row] = replace(entry, texture=image, texture_mask=mask)
 
 
 def _note(context: Context, frame: int, sequence: ColoredSequence, **entries) -> None:

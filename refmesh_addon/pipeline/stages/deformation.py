@@ -102,6 +102,13 @@ class DeformedSequence:
         still = np.zeros((len(transients.piece), 3), frame.velocities.dtype)
         return replace(frame, vertices=vertices, velocities=np.concatenate([frame.velocities, still]))
 
+    def without_pieces(self, group: FrameGroup, vertices: np.ndarray) -> np.ndarray:
+        """(R, 3) vertices of a group's mesh with its transient pieces shrunk to a point, as in a frame that has none. vertices : (R, 3)."""
+        transients = self.transients.get(group.index)
+        if transients is None:
+            return vertices
+        return transients.placed(vertices[: -len(transients.piece)], -1, self._anchors[group.index])
+
     def _anchored(self, group: FrameGroup, transients: GroupTransients) -> np.ndarray:
         """(V,) vertices of the reference mesh to which those of transient pieces shrink."""
         nearest: dict[int, int] = {}

@@ -14,9 +14,9 @@ from ...io.frame_range import format_ranges
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
 from ...io.report import DEFORMED_FOLDER, FarPlace, FrameReport, deformed_path
-from ...io.sequence import held_frames
 from ..session.cache import KEY_LENGTH
 from ..session.context import Context
+from .bridged_frames import played, write_bridged
 from .deformation import DeformedSequence, SmoothedFrame
 from .groups import FrameGroup
 from .removed_surface import remove_stale_removed, write_removed
@@ -65,6 +65,8 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
             visibility = visible[frame].visibility if visible else None
             write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities, visibility=visibility)
             context.report.frames.append(entry)
+        write_bridged(context, deformed, group)
+    context.report.frames.sort(key=lambda entry: entry.number)
     context.remove_stale("deformed/frame_*.ply", keep=[frame.deformed for frame in context.report.frames])
     remove_stale_removed(context)
     context.report.far_places.sort(key=lambda place: -place.distance)
@@ -108,6 +110,6 @@ def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, 
 def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:
     playback = f"playback/group_{group.index:03d}-{group.key[:KEY_LENGTH]}.pc2"
     count = len(deformed.references[group.index].mesh.vertices)
-    shown = [group.frames.index(frame) for frame in held_frames(context.frames.sequence) if frame in group.frames]
-    write_pc2(context.claim(playback), (deformed.row(group, row).vertices for row in shown), count, len(shown), context.frames.offset)
+    shown = sum(frame in group.frames for frame in context.shown)
+    write_pc2(context.claim(playback), played(context, deformed, group), count, shown, context.frames.offset)
     context.report.groups[group.index] = replace(context.report.groups[group.index], playback=playback)

@@ -53,9 +53,9 @@ def chosen_groups(context: Context, tracking: TrackingResult) -> list[tuple[int,
     """Groups of the requested size, or chosen by content; they end where centers are born or retired."""
     settings = context.settings.reference
     if settings.group_size or settings.group_starts.strip():
-        return divided(fixed_groups(context), tracking.changes)
+        return divided(fixed_groups(context), tuple(sorted({*tracking.changes, *context.cuts})))
     (whole,) = tracking.ranges
-    cuts = tuple(sorted({*tracking.jumps, *tracking.changes}))
+    cuts = tuple(sorted({*tracking.jumps, *tracking.changes, *context.cuts}))
     return content_groups(tracking.positions, whole.load_affinity(), whole.spacing, settings.longest_group, cuts)
 
 

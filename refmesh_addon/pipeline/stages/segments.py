@@ -23,6 +23,7 @@ from .tracking_result import TrackingResult
 PLAN_SCHEMA = 2
 OWN_FOLDER = "own/"  # in the cache, for groups with a mesh of their own within a run
 LONGEST_VIEW = 30  # frames of an open take that one mesh is tried on: a second, in which a camera sees much the same
+BAD = "the frames before are bad and are left out"
 VIEW = "what the camera sees has changed"
 FIRST, ASKED, JUMP = "the take begins", "as requested", "something appears or leaves"
 PLANNED, PROBED, FINAL = range(3)  # how far the review of a plan is: not begun, by probes, by all frames
@@ -79,7 +80,7 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
     bodies, reference = bodies_apart(context, tracking), context.settings.reference
     if _mode(context, tracking) == "groups":
         runs = chosen_groups(context, tracking)
-        return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(runs, tracking))
+        return SegmentPlan(group_frames(context, tracking, bodies, runs), _reasons(context, runs, tracking))
     if reference.group_starts.strip():
         runs = fixed_groups(context)
     elif reference.mesh:  # made to serve the whole take
@@ -89,8 +90,8 @@ def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
         runs = [tuple(range(start, min(start + every, len(context.frames)))) for start in range(0, len(context.frames), every)]
     else:
         return _remembered(context, tracking, bodies)
-    runs = divided(runs, tracking.changes)
-    return SegmentPlan(group_frames(context, tracking, bodies, runs, segment=True), _reasons(runs, tracking))
+    runs = divided(runs, tuple(sorted({*tracking.changes, *context.cuts})))
+    return SegmentPlan(group_frames(context, tracking, bodies, runs, segment=True), _reasons(context, runs, tracking))
 
 
 def kept_plan(context: Context, tracking: TrackingResult, bodies: np.ndarray | None, cuts: Cuts) -> SegmentPlan:
@@ -109,12 +110,14 @@ def _mode(context: Context, tracking: TrackingResult) -> str:
     return "groups"
 
 
-def _reasons(runs: list[tuple[int, ...]], tracking: TrackingResult) -> tuple[str, ...]:
-    return (FIRST, *(JUMP if run[0] in tracking.changes else ASKED for run in runs[1:]))
+def _reasons(context: Context, runs: list[tuple[int, ...]], tracking: TrackingResult) -> tuple[str, ...]:
+    known = dict.fromkeys(context.cuts, BAD) | dict.fromkeys(tracking.changes, JUMP)
+    return (FIRST, *(known.get(run[0], ASKED) for run in runs[1:]))
 
 
 def _remembered(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> SegmentPlan:
-    starts = {0: FIRST} | {jump: JUMP for jump in (*tracking.jumps, *tracking.changes) if jump} | _changes_of_view(context, tracking)
+    cuts = {frame: BAD for frame in context.cuts} | {jump: JUMP for jump in (*tracking.jumps, *tracking.changes) if jump}
+    starts = {0: FIRST} | cuts | _changes_of_view(context, tracking)
     key = _plan_key(context, tracking, bodies)
     cuts = context.cache.load_result("segments/plan", key, Cuts) or Cuts.at(starts, len(context.frames))
     return _plan(context, tracking, bodies, cuts)
@@ -144,4 +147,5 @@ def _plan_key(context: Context, tracking: TrackingResult, bodies: np.ndarray | N
     settings = context.settings
     parts = [asdict(part) for part in (settings.reference, settings.deformation, settings.evaluation)]
     (whole,) = tracking.ranges
+    parts += [list(context.cuts)] if context.cuts else []
     return digest(PLAN_SCHEMA, whole.key, context.frames.keys, *parts, None if bodies is None else bodies.tolist())

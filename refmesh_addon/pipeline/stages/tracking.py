@@ -119,7 +119,8 @@ def _tracked(context: Context, own: _Pass, index: int, key: str) -> TrackedFrame
 def _chained_keys(context: Context, bodies: np.ndarray | None) -> list[str]:
     """Each frame's result depends on the settings of the forward pass and on all frames up to it."""
     settings = asdict(context.settings.tracking)
-    del settings["global_rounds"], settings["surface"]  # the keys of the frames depend on what kind of surface they are followed as
+    for name in ("global_rounds", "surface", "bad_frames"):  # the keys of the frames depend on the last two
+        del settings[name]
     known = [] if bodies is None else [bodies.tolist()]
     key, keys, frames = digest(TRACKING_SCHEMA, settings, *known), [], context.frames
     for index, frame_key in enumerate(frames.keys):

@@ -63,7 +63,7 @@ def _unit(context: Context, index: int, group: tuple[int, ...]) -> WorkUnit:
     """A group and the first frame of the next."""
     frames, settings = context.frames, context.settings.tracking
     reach = range(group[0], min(group[-1] + 2, len(frames)))
-    followed = {name: value for name, value in asdict(settings).items() if name != "surface"}  # which the keys of the frames tell
+    followed = {name: value for name, value in asdict(settings).items() if name not in ("surface", "bad_frames")}  # which the frames tell
     key = digest(TRACKING_SCHEMA, followed, [frames.keys[frame] for frame in reach])
 
     def arguments() -> tuple:

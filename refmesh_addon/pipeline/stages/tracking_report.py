@@ -8,7 +8,6 @@ from ...core.findings import CENTER_LAYOUTS
 from ...core.tracking.center_attributes import center_attributes
 from ...io.files import CENTERS_NAME, output_folder, write_npz
 from ...io.pc2 import write_pc2
-from ...io.sequence import held_frames
 from ..session.cache import KEY_LENGTH, digest
 from ..session.context import Context
 from .tracking_result import TrackedFrames, TrackingResult
@@ -67,7 +66,7 @@ def write_centers(
 def _write_playback(context: Context, positions: np.ndarray, key: str) -> None:
     output_folder(context.output / "playback")
     path = f"playback/centers-{key[:KEY_LENGTH]}.pc2"
-    shown = held_frames(context.frames.sequence)
+    shown = context.shown
     write_pc2(context.claim(path), (positions[index] for index in shown), positions.shape[1], len(shown), context.frames.offset)
     context.report.centers_playback = path
     context.remove_stale("playback/centers-*.pc2", keep=[path])

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ...core.evaluation.shown_surface import VisibleVertices, shown_vertices
-from ...io.sequence import held_frames
 from ...io.visibility_sheet import write_visibility
 from ..session.cache import KEY_LENGTH, digest
 from ..session.cached_map import WorkUnit, cached_map
@@ -33,7 +32,7 @@ def write_visibility_sheets(context: Context, deformed: DeformedSequence) -> Non
     visible = visible_vertices(context, deformed)
     for group in deformed.groups if visible else ():
         path = f"playback/visibility_{group.index:03d}-{digest(VISIBILITY_SCHEMA, group.key)[:KEY_LENGTH]}.png"
-        shown = [frame for frame in held_frames(context.frames.sequence) if frame in group.frames]
+        shown = [frame for frame in context.shown if frame in group.frames]
         count = len(deformed.references[group.index].mesh.vertices)
         write_visibility(context.claim(path), (visible[frame].visibility for frame in shown), count, len(shown))
         context.report.groups[group.index] = replace(context.report.groups[group.index], visibility=path)

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.mesh import is_watertight, signed_volume
+from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.cache import Cache
 from refmesh_addon.pipeline.session.frames import FRAMES_IN_MEMORY, Frames, read_frames
@@ -40,7 +41,7 @@ class Take:
     def open(self) -> Frames:
         note = lambda stage, number, share, skipped=False: self.progress.append((number, share))
         session = Session(self.folder, Cache(self.folder / "cache"), shared_workers(), note)
-        return read_frames(session, find_sequence(self.source), StageShare("tracking"), self.warnings.append)
+        return read_frames(session, find_sequence(self.source), StageShare("tracking"), self.warnings.append, TrackingSettings())[0]
 
     def written(self) -> dict[str, int]:
         return {path.name: path.stat().st_mtime_ns for path in (self.folder / "cache" / "frames").glob("*.npz")}

@@ -1,0 +1,37 @@
+"""Bad frames that are left out of all stages, and told in the report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ...core.capture.bad_frames import BadFrame
+from ...io.report import BadFrameReport, Report
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """frames : by number.  bridged : whether their mesh moves from the frame before to the one after; otherwise the one before is held."""
+
+    frames: tuple[BadFrameReport, ...] = ()
+    bridged: bool = True
+
+    @classmethod
+    def of(cls, bad: tuple[BadFrame, ...], numbers: tuple[int, ...], bridged: bool) -> LeftOut:
+        """numbers : of all frames of the take."""
+        entries = [
+            BadFrameReport(numbers[one.index], one.reason, tuple(one.place.tolist()), numbers[one.before], numbers[one.after], bridged)
+            for one in bad
+        ]
+        return cls(tuple(entries), bridged)
+
+    def report(self, report: Report, warn: Callable[[str], None]) -> None:
+        """Puts the frames into the report, with a warning for each run of them."""
+        report.bad_frames = list(self.frames)
+        for first in (one for one in self.frames if one is next(other for other in self.frames if other.before == one.before)):
+            own = [one.frame for one in self.frames if one.before == first.before]
+            which = f"frame {own[0]}" if len(own) == 1 else f"frames {own[0]}-{own[-1]}"
+            where = "({:.4g}, {:.4g}, {:.4g})".format(*first.position)
+            away = f"left out, and another mesh begins with frame {first.after}"
+            what = f"bridged from frames {first.before} and {first.after}" if self.bridged else away
+            warn(f"{which}: {first.reason}, about {where}; {what} (--bad-frames)")
