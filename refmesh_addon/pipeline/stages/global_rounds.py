@@ -11,7 +11,7 @@ from scipy import sparse
 from ...core.geometry.rotations import rigid_motions
 from ...core.tracking import lloyd
 from ...core.tracking.coarse_samples import coarse_samples
-from ...core.tracking.global_optimization import optimize
+from ...core.tracking.global_optimization import Optimized, Trajectories, optimize
 from ...core.tracking.ownership import Ownership
 from ...core.tracking.volume import VolumeSamples
 from ...core.types import FrozenArrays
@@ -19,19 +19,25 @@ from ..session.cache import digest
 from ..session.context import Context
 from ..session.job import TRACKING
 from ..session.stage_share import StageShare
+from .groups import divided
 from .tracking import FORWARD_SHARE, volume_of
 from .tracking_result import TrackingResult
 
-GLOBAL_SCHEMA = 2
+GLOBAL_SCHEMA = 3
 
 
 @dataclass(frozen=True)
 class GlobalRound(FrozenArrays):
-    """positions : (F, C, 3) after the round.  energies : of the start and after each iteration.  affinity : (C, C) weights."""
+    """positions : (F, C, 3) after the round.  kept : (C,) indices of the centers before it that they are.
+    alive : (F, C) bool, which centers there are; None where all are there in all frames.
+    energies : of the start and after each iteration.  affinity : (C, C) weights.
+    """
 
     positions: Annotated[np.ndarray, "(F, C, 3) float64"]
+    kept: Annotated[np.ndarray, "(C) integer"]
     energies: Annotated[np.ndarray, "(N) float64"]
     affinity: sparse.csr_matrix
+    alive: Annotated[np.ndarray, "(F, C) bool"] | None = None
 
 
 @dataclass(frozen=True)
@@ -44,19 +50,23 @@ class FrameEnergies(FrozenArrays):
 
 
 def optimize_globally(context: Context, forward: TrackingResult) -> TrackingResult:
-    """The tracking after as many rounds as the settings ask for; without rounds it stays the same."""
+    """The tracking after as many rounds as the settings ask for; without rounds it stays the same.
+
+    Where centers are born or retired, the frames between two such changes are optimized together.
+    """
     result, energies = forward, []
-    if forward.changes and context.settings.tracking.global_rounds:
-        context.warn("--global-rounds is left out: centers are born or retired in this take, which global optimization does not support")
-        return forward
     for index in range(context.settings.tracking.global_rounds):
         result, falling = _after_round(context, result, index)
         energies.append(falling.tolist())
     if energies:
         _report(context, result)
-        context.report.tracking["centers_dropped"] = forward.positions.shape[1] - result.positions.shape[1]
+        context.report.tracking["centers_dropped"] = _ever_there(forward) - _ever_there(result)
         context.report.tracking["global_energies"] = energies
     return result
+
+
+def _ever_there(tracking: TrackingResult) -> int:
+    return tracking.positions.shape[1] if tracking.alive is None else int(tracking.alive.any(axis=0).sum())
 
 
 def _after_round(context: Context, last: TrackingResult, index: int) -> tuple[TrackingResult, np.ndarray]:
@@ -66,24 +76,50 @@ def _after_round(context: Context, last: TrackingResult, index: int) -> tuple[Tr
     done = context.cache.load_or_make_result(f"tracking/global_{index:02d}", key, GlobalRound, lambda: _optimized(context, last, index))
     StageShare(TRACKING, FORWARD_SHARE).skip(context.notify, (index + 1) / context.settings.tracking.global_rounds)
     following = replace(whole, load_affinity=lambda: done.affinity, key=key)
-    return replace(last, positions=done.positions, ranges=(following,)), done.energies
+    moving = None if last.moving is None else last.moving[done.kept]
+    return replace(last, positions=done.positions, ranges=(following,), alive=done.alive, moving=moving), done.energies
 
 
 def _optimized(context: Context, last: TrackingResult, index: int) -> GlobalRound:
-    settings, done, (whole,) = context.settings.tracking, 0.0, last.ranges
-    rounds = StageShare(TRACKING, FORWARD_SHARE)
+    rounds, (whole,) = context.settings.tracking.global_rounds, last.ranges
+    runs = divided([tuple(range(len(last.positions)))], last.changes)
+    share = lambda part: StageShare(TRACKING, FORWARD_SHARE).part((index + part) / rounds, (index + part + 1 / len(runs)) / rounds)
+    parts = [_optimized_run(context, last, run, share(number / len(runs))) for number, run in enumerate(runs)]
+    if last.alive is None:
+        (done,) = parts
+        return GlobalRound(done.positions, done.kept, done.energies, done.affinity.weights())
+    positions, alive = last.positions.copy(), np.zeros_like(last.alive)
+    for run, done in zip(runs, parts, strict=True):
+        kept = last.members(run[0])[done.kept]
+        positions[np.ix_(run, kept)], alive[np.ix_(run, kept)] = done.positions, True
+    # Affinities of the whole take stay those of forward tracking: no run alone knows what others show apart.
+    everyone = np.arange(positions.shape[1])
+    return GlobalRound(positions, everyone, _total(runs, [done.energies for done in parts]), whole.load_affinity(), alive)
 
-    def progress(share: float) -> None:
+
+def _optimized_run(context: Context, last: TrackingResult, run: tuple[int, ...], share: StageShare) -> Optimized:
+    """The members of successive frames, optimized in these."""
+    done, members, (whole,) = 0.0, last.members(run[0]), last.ranges
+
+    def progress(part: float) -> None:
         nonlocal done
-        done = share
-        rounds.tell(context.notify, (index + share) / settings.global_rounds)
+        done = part
+        share.tell(context.notify, part)
 
-    def samples_of(frame: int) -> VolumeSamples:
+    def samples_of(row: int) -> VolumeSamples:
         progress(done)  # so that a run over many frames soon hears that it was cancelled
-        return _samples(context, frame)
+        return _samples(context, run[row])
 
-    optimized = optimize(last.positions, whole.load_affinity(), samples_of, whole.spacing, settings.affinity, progress)
-    return GlobalRound(optimized.positions, optimized.energies, optimized.affinity.weights())
+    moving = None if last.moving is None else last.moving[members]
+    tracks = Trajectories(last.centers_in(run), last.affinity_at(run[0]), whole.spacing, moving)
+    return optimize(tracks, samples_of, context.settings.tracking.affinity, progress)
+
+
+def _total(runs: list[tuple[int, ...]], energies: list[np.ndarray]) -> np.ndarray:
+    """(N,) mean energy of all frames; runs that end sooner keep their last.  energies : of each run."""
+    count = max(map(len, energies))
+    padded = [np.pad(own, (0, count - len(own)), mode="edge") for own in energies]
+    return np.average(padded, axis=0, weights=[len(run) for run in runs])
 
 
 def _samples(context: Context, frame: int) -> VolumeSamples:
@@ -106,12 +142,13 @@ def _report(context: Context, optimized: TrackingResult) -> None:
 
 
 def _energies(context: Context, optimized: TrackingResult) -> FrameEnergies:
-    rows, before, (whole,) = [], optimized.positions[0], optimized.ranges
-    affinity, unit = whole.load_affinity(), whole.spacing**2
-    for frame, centers in enumerate(optimized.positions):
+    rows, before, (whole,) = [], (), optimized.ranges
+    for frame in range(len(optimized.positions)):
         context.notify(TRACKING, context.numbers[frame], 1.0)
-        cells = lloyd.cells(centers, Ownership(volume_of(context, frame).finest))
-        apart = rigid_motions(affinity, before, centers).apply(before) - centers
-        rows.append((cells.non_uniformity, cells.energy / unit, np.einsum("ni,ni->n", apart, apart).mean() / unit))
-        before = centers
+        centers, members = optimized.positions[frame], optimized.members(frame)
+        cells = lloyd.cells(centers[members], Ownership(volume_of(context, frame).finest))
+        last = optimized.positions[frame - 1] if before is not None and np.array_equal(members, before) else centers
+        apart = rigid_motions(optimized.affinity_at(frame), last[members], centers[members]).apply(last[members]) - centers[members]
+        rows.append((cells.non_uniformity, cells.energy / whole.spacing**2, np.einsum("ni,ni->n", apart, apart).mean() / whole.spacing**2))
+        before = members
     return FrameEnergies(*np.array(rows).T)

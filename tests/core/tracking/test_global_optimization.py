@@ -1,5 +1,7 @@
 """Positions of all frames optimized together, on bodies small enough to know what is right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -7,7 +9,7 @@ from scipy import sparse
 
 from refmesh_addon.core.tracking import lloyd
 from refmesh_addon.core.tracking.affinity import near_pairs
-from refmesh_addon.core.tracking.global_optimization import optimize, sequence_affinity
+from refmesh_addon.core.tracking.global_optimization import Trajectories, optimize, sequence_affinity
 from refmesh_addon.core.tracking.volume import VolumeSamples, sample_volume
 
 from ..shapes import QUARTER_TURN, TILT, ball
@@ -15,7 +17,7 @@ from .rigid_sequence import COUNT, EVEN, FRAMES, MOTION, SPACING, carried, moved
 
 
 def optimized(positions, variant="max"):
-    return optimize(positions, weights_of(positions), samples_of, SPACING, variant)
+    return optimize(Trajectories(positions, weights_of(positions), SPACING), samples_of, variant)
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +55,8 @@ def test_noise_on_a_rigid_motion_goes(plain):
 def test_scaling_turning_and_moving_the_input_does_the_same_to_the_result(plain, scale, turn, shift):
     positions = shaken()
     result = optimize(
-        scale * positions @ turn.T + shift,
-        weights_of(positions),
+        Trajectories(scale * positions @ turn.T + shift, weights_of(positions), scale * SPACING),
         lambda frame: moved_samples(samples_of(frame), turn, shift, scale),
-        scale * SPACING,
     )
     assert_allclose(result.positions, scale * plain.positions @ turn.T + shift, atol=1e-4 * scale * SPACING)
     assert_allclose(result.energies, plain.energies, rtol=1e-5)
@@ -82,8 +82,9 @@ def test_bodies_that_part_late_have_no_affinity_in_any_frame():
     positions = np.stack([centers + shift for shift in shifts])
     samples = [VolumeSamples(positions[step], np.ones(40), spacing) for step in range(4)]
     start = near_pairs(centers, spacing).weights()
-    weights = sequence_affinity(positions, start, lambda frame: samples[frame], spacing, "max").weights().toarray()
-    weights = sequence_affinity(positions, sparse.csr_matrix(weights), lambda frame: samples[frame], spacing, "max").weights().toarray()
+    tracks = Trajectories(positions, start, spacing)
+    tracks = replace(tracks, weights=sequence_affinity(tracks, samples.__getitem__, "max").weights())
+    weights = sequence_affinity(tracks, samples.__getitem__, "max").weights().toarray()
     assert weights[left][:, ~left].max() < 0.5 * np.median(weights[left][:, left].max(axis=1))
 
 
@@ -95,7 +96,7 @@ def test_one_frame_is_only_spread():
 
 def test_the_same_input_gives_the_same_bytes_and_progress_grows_to_one(plain):
     shares = []
-    again = optimize(shaken(), weights_of(shaken()), samples_of, SPACING, progress=shares.append)
+    again = optimize(Trajectories(shaken(), weights_of(shaken()), SPACING), samples_of, progress=shares.append)
     assert_array_equal(again.positions, plain.positions)
     assert_array_equal(again.affinity.values(), plain.affinity.values())
     assert shares == sorted(shares) and shares[-1] == 1.0
@@ -113,6 +114,14 @@ def test_the_same_input_gives_the_same_bytes_and_progress_grows_to_one(plain):
     ],
 )
 def test_input_that_does_not_fit_is_refused(change, message):
-    given = {"positions": shaken(), "weights": sparse.eye(COUNT), "samples_of": samples_of, "spacing": SPACING}
+    given = {"positions": shaken(), "weights": sparse.eye(COUNT), "spacing": SPACING, "variant": "max"} | change
+    variant = given.pop("variant")
     with pytest.raises(ValueError, match=message):
-        optimize(**{**given, **change})
+        optimize(Trajectories(**given), samples_of, variant)
+
+
+def test_bodies_that_are_known_have_no_affinity():
+    bodies = np.arange(COUNT) % 2
+    result = optimize(Trajectories(shaken(), weights_of(shaken()), SPACING, bodies), samples_of)
+    first, second = result.affinity.first, result.affinity.second
+    assert (bodies[result.kept][first] == bodies[result.kept][second]).all() and len(first)
