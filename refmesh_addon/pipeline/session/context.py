@@ -89,12 +89,12 @@ class Context(Session):
         """Number of each frame as in its file name."""
         return self.frames.sequence.numbers
 
-    @property
+    @cached_property
     def shown(self) -> tuple[int, ...]:
         """For each scene frame from first to last, the index of the frame it shows; missing and bad ones hold the one before."""
         return held_frames(self.report.sequence, self.numbers)
 
-    @property
+    @cached_property
     def cuts(self) -> tuple[int, ...]:
         """Indices of the frames that no mesh may share with the frame before."""
         after = () if self.left_out.bridged else {bad.after for bad in self.left_out.frames}
