@@ -1,7 +1,8 @@
 """Frames in which something is lost, doubled or leaps away for a moment, between two frames that agree with each other.
 
 A frame is judged by the frames around it only: where the frame before and one soon after agree, but what lies between lacks surface
-and volume that both have, or has what neither has, no motion explains it. An arm that swings comes back as well, but keeps its volume.
+and volume that both have, or has what neither has, no motion explains it. An arm that swings comes back as well, but keeps its
+volume. A ball that bounces comes back like one that has leapt away for a frame, but moves as fast before and after.
 """
 
 from __future__ import annotations
@@ -42,12 +43,16 @@ class BadFrame:
 
 @dataclass(frozen=True)
 class _Change:
-    """From one frame to another: shares of the surface that are lost and that are new, of the volume, and where it is worst."""
+    """From one frame to another: shares of the surface that are lost and that are new, of the volume, and where it is worst.
+
+    leaps : whether what is lost has come back elsewhere, so that the volume is the same in all.
+    """
 
     lost: float
     new: float
     growth: float
     place: np.ndarray
+    leaps: bool
 
     @property
     def reason(self) -> str:
@@ -62,6 +67,11 @@ class _Change:
             return f"it encloses {abs(self.growth):.0%} {'more' if self.growth > 0 else 'less'} volume"
         return ""
 
+    @property
+    def is_calm(self) -> bool:
+        """Whether nothing moves fast."""
+        return max(self.lost, self.new) <= AGREEING * NOTICEABLE
+
     def is_small(self, growth: float) -> bool:
         """Whether motion explains it, with room to spare.  growth : of the frames between, beside which the volume may vary."""
         limits = ((self.lost, NOTICEABLE), (self.new, NOTICEABLE), (abs(self.growth), max(VOLUME, abs(growth))))
@@ -73,6 +83,7 @@ class BadFrameSearch:
 
     def __init__(self) -> None:
         self._found: list[BadFrame] = []
+        self._last: Pieces | None = None  # before the window
         self._window: deque[Pieces] = deque()
         self._first = 0  # index of the frame in front
 
@@ -89,9 +100,10 @@ class BadFrameSearch:
         return tuple(self._found)
 
     def _advance(self) -> None:
-        after = _agreeing(self._window)
+        after = _agreeing(self._window, self._last)
         self._found += _between(self._window, after, self._first)
         self._first += after
+        self._last = self._window[0] if after == 1 else None  # otherwise bad ones lie between
         for _ in range(after):
             self._window.popleft()
 
@@ -104,8 +116,11 @@ def bad_frames(frames: Iterable[Pieces]) -> tuple[BadFrame, ...]:
     return search.finished()
 
 
-def _agreeing(window: deque[Pieces]) -> int:
-    """Position of the next frame that agrees with the one in front, where all between are bad; otherwise 1."""
+def _agreeing(window: deque[Pieces], last: Pieces | None) -> int:
+    """Position of the next frame that agrees with the one in front, where all between are bad; otherwise 1.
+
+    last : the frame before the window, if any.
+    """
     front = window[0]
     first = _changed(front, window[1], 1)
     if not first.reason:
@@ -113,10 +128,20 @@ def _agreeing(window: deque[Pieces]) -> int:
     for after in range(2, len(window)):
         there = window[after]
         if _changed(front, there, after).is_small(first.growth):
-            between = range(1, after)
-            alone = all(_changed(front, window[i], after).reason and _changed(there, window[i], after).reason for i in between)
-            return after if alone else 1
+            changes = [_changed(end, window[i], after) for i in range(1, after) for end in (front, there)]
+            bad = all(change.reason for change in changes)
+            leaps = any(change.leaps for change in changes)
+            return after if bad and not (leaps and (_fast(last, front) or _fast(there, _at(window, after + 1)))) else 1
     return 1
+
+
+def _at(window: deque[Pieces], position: int) -> Pieces | None:
+    return window[position] if position < len(window) else None
+
+
+def _fast(before: Pieces | None, after: Pieces | None) -> bool:
+    """Whether something moves fast from one frame to the next, if there are both."""
+    return before is not None and after is not None and not _changed(before, after, 1).is_calm
 
 
 def _between(window: deque[Pieces], after: int, first: int) -> list[BadFrame]:
@@ -131,9 +156,10 @@ def _changed(before: Pieces, now: Pieces, apart: int) -> _Change:
     new = cKDTree(before.samples).query(now.samples)[0] > reach
     strange = _strange(now, new, float(lost.mean()))
     kept = ~strange[now.piece]
-    growth = float(now.volumes[~strange].sum() / max(before.volumes.sum(), np.finfo(float).tiny) - 1.0)
+    growth, total = (float(now.volumes[own].sum() / max(before.volumes.sum(), np.finfo(float).tiny) - 1.0) for own in (~strange, ...))
     places = [before.samples[lost], now.samples[new & kept], now.samples]
-    return _Change(float(lost.mean()), float((new & kept).mean()), growth, next(some.mean(axis=0) for some in places if len(some)))
+    place = next(some.mean(axis=0) for some in places if len(some))
+    return _Change(float(lost.mean()), float((new & kept).mean()), growth, place, leaps=total > -VOLUME > growth)
 
 
 def _strange(now: Pieces, new: np.ndarray, lost: float) -> np.ndarray:

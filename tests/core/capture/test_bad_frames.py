@@ -80,6 +80,11 @@ def test_motion_and_what_lasts_is_not_bad(changes):
     assert indices(take(changes)) == []
 
 
+def test_a_ball_that_bounces_is_not_bad():
+    heights = {2: 1.5, 3: 0.4, 4: -0.7, 5: 0.4, 6: 1.5}
+    assert indices(take({step: {"at": (1.2, 0.0, height)} for step, height in heights.items()})) == []
+
+
 def test_a_prop_that_is_seen_once_is_none_of_a_bad_frame():
     assert indices(take({4: {"at": BALL}}, at=None)) == []
 
