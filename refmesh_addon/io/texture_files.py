@@ -41,13 +41,14 @@ class TextureFiles:
 
         only : the frame names no other picture. Then one named with another frame's number gives way to that of this frame.
         """
+        told = len(self.notes)
         named = self.find(name) if name else None
         path = (self._renumbered(named) if named and only else None) or named or (self.by_number() if only else None)
         if path is not None and named is not None and path != named:
             self.notes.append(f"{self.frame}: names '{name}', which belongs to another frame; {path.name} is used")
         elif path is not None and named is None and name:
             self.notes.append(f"{self.frame}: names '{name}', which is not there; {path.name} is used")
-        elif path is None and name:
+        elif path is None and name and len(self.notes) == told:  # otherwise a refusal has said why
             self.notes.append(f"{self.frame}: names '{name}', which is not there; put it beside the frame")
         data = None if path is None else self._bytes(path)
         if path is None or data is None:

@@ -1,5 +1,8 @@
 """Pictures of every kind become eight-bit red, green and blue, or are refused in message."""
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -19,6 +22,32 @@ def test_gray_is_repeated():
 
 def test_sixteen_bit_gray_is_brought_to_eight():
     assert (decoded(encoded(GRADIENT.astype(np.uint16) * 257), "a") == GRADIENT[:, :, None]).all()
+
+
+@pytest.mark.parametrize(("kind", "channels"), [(2, 3), (4, 2), (6, 4)])
+def test_sixteen_bit_color_and_alpha_are_brought_to_eight(kind, channels):
+    """kind : of the PNG: color, gray with alpha, color with alpha."""
+    pixels = np.random.default_rng(0).integers(0, 256, (16, 16, channels), dtype=np.uint8)
+    expected = pixels[:, :, :3] if channels > 2 else pixels[:, :, :1]
+    assert (decoded(sixteen_bit_png(pixels, kind), "a") == expected).all()
+
+
+def sixteen_bit_png(pixels: np.ndarray, kind: int) -> bytes:
+    """Each of (H, W, C) uint8 values twice, as both bytes of 16 bits."""
+    rows = b"".join(b"\0" + (row.astype(">u2") * 257).astype(">u2").tobytes() for row in pixels)
+    head = struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 16, kind, 0, 0, 0)
+    chunks = ((b"IHDR", head), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))
+    parts = [struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
+
+
+@pytest.mark.parametrize("kind", ["PNG", "JPEG"])
+def test_picture_of_sixteen_thousand_pixels_is_halved(kind):
+    rows = np.linspace(0, 255, 16384).astype(np.uint8)
+    pixels = np.repeat(np.repeat(rows[None, :, None], 16, axis=0), 3, axis=2)
+    halved = decoded(encoded(pixels, kind), "a")
+    assert halved.shape == (8, 8192, 3)
+    assert np.abs(halved[0, :, 0].astype(int) - rows[::2]).max() <= 2
 
 
 def test_alpha_goes_and_color_stays_below_it():

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from PIL import Image
 
 from refmesh_addon.core.color.layout import Layout
 from refmesh_addon.core.color.texels import Texels
@@ -149,14 +150,23 @@ def test_unknown_size_is_refused():
         finish("take", "out", texture="77")
 
 
-def test_geometry_goes_through_without_a_picture_and_the_steady_texture_fills_in(take, output, tmp_path):
+def test_geometry_goes_through_whatever_is_wrong_with_pictures_and_the_steady_texture_fills_in(take, output, tmp_path):
+    """One is cut off, one is gray with 16 bits, half as large and named in another case, and one lies outside of the take."""
     changed = Path(shutil.copytree(take, tmp_path / "take"))
-    (changed / "ball_004.png").write_bytes(b"cut off")
+    (changed / "ball_004.png").write_bytes((changed / "ball_004.png").read_bytes()[:3000])
+    (changed / "ball_005.png").rename(tmp_path / "outside.png")
+    (changed / "ball_005.mtl").write_text("newmtl skin\nmap_Kd ../outside.png\n")
+    gray = picture(changed / "ball_006.png")[::2, ::2, 0]
+    (changed / "ball_006.png").unlink()
+    Image.fromarray(gray.astype(np.uint16) * 257).save(changed / "BALL_006.PNG")
     warnings = finish(changed, output, **SMALL)
-    assert any("ball_004.png" in line for line in warnings) and any("frame 4 and 0 others have no color" in line for line in warnings)
-    found = report(output)
-    assert found["frames"][1]["filled"] > 0.99 and "color_psnr" not in found["frames"][1]
-    assert np.abs(texture_errors(output, found["frames"][1], found["groups"][0], 0)).mean() < 8
+    for sentence in ("ball_004.png", "ball_005.obj: names '../outside.png'", "frames 4-5 have no color", "from 64 to 128 pixels"):
+        assert sum(sentence in line for line in warnings) == 1, sentence
+    frames, groups = report(output)["frames"], report(output)["groups"]
+    assert [frame["filled"] > 0.99 for frame in frames] == [False, True, True, False] and "color_psnr" not in frames[1]
+    assert np.abs(texture_errors(output, frames[1], groups[0], 0)).mean() < 8
+    shown = picture(output / frames[3]["texture"])
+    assert shown.shape == (128, 128, 3) and (shown == shown[:, :, :1]).all()
 
 
 def test_vertex_colors_go_to_vertices(tmp_path):
