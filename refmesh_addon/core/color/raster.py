@@ -43,17 +43,19 @@ def _rasterized(corners: np.ndarray, width: int, height: int, first: int) -> tup
     end = np.clip(np.ceil(right - 0.5), 0, width).astype(np.int64)
     span, place = ragged_indices(np.maximum(end - start, 0))
     columns, triangles, lines = start[span] + place, owners[span], rows[span]
-    shares = _shares(corners, triangles, columns + 0.5, lines + 0.5)
-    kept = np.isfinite(shares).all(axis=1)
-    pixels = (lines * width + columns).astype(np.int32)
-    return pixels[kept], (triangles[kept] + first).astype(np.int32), shares[kept].astype(np.float32)
+    second, third = _shares(corners, triangles, columns + 0.5, lines + 0.5)
+    pixels, triangles = (lines * width + columns).astype(np.int32), (triangles + first).astype(np.int32)
+    shares = np.stack([second, third], axis=1, dtype=np.float32)
+    kept = np.isfinite(second) & np.isfinite(third)
+    return (pixels, triangles, shares) if kept.all() else (pixels[kept], triangles[kept], shares[kept])
 
 
 def _rows(corners: np.ndarray, height: int) -> tuple[np.ndarray, np.ndarray]:
     """Each triangle with each row whose centers it reaches."""
-    y = corners[:, :, 1]
-    start = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
-    end = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, height).astype(np.int64)
+    a, b, c = corners[:, :, 1].T
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    start = np.clip(np.ceil(low - 0.5), 0, height).astype(np.int64)
+    end = np.clip(np.ceil(high - 0.5), 0, height).astype(np.int64)
     owners, place = ragged_indices(np.maximum(end - start, 0))
     return owners, start[owners] + place
 
@@ -76,7 +78,8 @@ def _spans(corners: np.ndarray, owners: np.ndarray, rows: np.ndarray) -> tuple[n
     return left, np.where(np.isfinite(right), right, left)
 
 
-def _shares(corners: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _shares(corners: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (N,) of the second and third corner of (N,) triangles at places (N,); not finite without area."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = 1.0 / (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
@@ -84,4 +87,4 @@ def _shares(corners: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.nda
         dx, dy = x - a[triangles, 0], y - a[triangles, 1]
         second = rows[0, triangles] * dx + rows[1, triangles] * dy
         third = rows[2, triangles] * dx + rows[3, triangles] * dy
-    return np.stack([second, third], axis=1)
+    return second, third

@@ -87,9 +87,12 @@ def rendered(appearance: Appearance, camera: Camera) -> Picture:
 
 def _front(seen: Fragments, nearness: np.ndarray, size: int) -> np.ndarray:
     """(size * size,) the nearest fragment of each pixel, of equal ones that of the last triangle; -1 where there is none."""
-    order = np.argsort(nearness, kind="stable")
-    front = np.full(size * size, -1)
-    front[seen.pixels[order]] = order  # of several values for a pixel, the last one stays
+    front, fragments = np.full(size * size, -1), np.arange(len(seen.pixels))
+    while len(fragments):  # as often as surfaces lie behind each other
+        front[seen.pixels[fragments]] = fragments  # of several values for a pixel, the last one stays
+        rival = front[seen.pixels[fragments]]
+        nearer = nearness[fragments] > nearness[rival]
+        fragments = fragments[nearer]
     return front
 
 

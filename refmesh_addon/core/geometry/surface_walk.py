@@ -59,17 +59,19 @@ class SurfaceWalk(FrozenArrays):
         shares = self._shares(points, triangles)
         walking = np.arange(len(points))
         for _ in range(LONGEST_WALK):
-            own = shares[walking]
-            weights = np.stack([1.0 - own[:, 0] - own[:, 1], own[:, 0], own[:, 1]], axis=1)
-            side = weights.argmin(axis=1)
+            second, third = shares[walking].T
+            first = 1.0 - second - third
+            least = np.minimum(np.minimum(first, second), third)
+            side = np.where(first == least, 0, np.where(second == least, 1, 2))
             after = self.neighbors[triangles[walking], side]
-            on = (weights.min(axis=1) < OUTSIDE) & (after >= 0) & (after != before[walking])
+            on = (least < OUTSIDE) & (after >= 0) & (after != before[walking])
             walking, after = walking[on], after[on]
             if not len(walking):
                 break
             before[walking], triangles[walking] = triangles[walking], after
             shares[walking] = self._shares(points[walking], after)
-        return triangles, shares, np.minimum(shares.min(axis=1), 1.0 - shares.sum(axis=1)) >= OUTSIDE
+        second, third = shares.T
+        return triangles, shares, np.minimum(np.minimum(second, third), 1.0 - (second + third)) >= OUTSIDE
 
     def _shares(self, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         offset = points - self.origins[triangles]
