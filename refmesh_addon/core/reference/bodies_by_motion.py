@@ -24,7 +24,7 @@ from ..types import FrozenArrays
 from .marked_bodies import marked_bodies
 
 FRAMES = 9  # of a window that are compared
-WINDOWS = (1, 2, 4)  # the whole take, halves and quarters, each overlapping the next by half: drift grows with time
+WINDOWS = (1, 2, 4)  # the whole take, halves and quarters, each overlapping the next by half, as drift grows; none shorter than FRAMES
 LARGE = 0.05  # least share of the centers in a part that shows a body, and at least LEAST_CENTERS
 LEAST_CENTERS = 40
 CLEAR = 0.3  # by which one motion must miss the volume more, in s, than the other, to show which of the two a center has
@@ -85,7 +85,7 @@ def _widest_gap(positions: np.ndarray, own: np.ndarray) -> int:
 def _windows(count: int) -> Iterator[tuple[int, int]]:
     for parts in WINDOWS:
         starts = np.arange(2 * parts - 1) * (count - 1) / (2 * parts)
-        yield from ((int(start), int(start + (count - 1) / parts)) for start in starts if (count - 1) >= 2 * parts)
+        yield from ((int(start), int(start + (count - 1) / parts)) for start in starts if parts == 1 or count > FRAMES * parts)
 
 
 def _second_body(positions: np.ndarray, rows: np.ndarray, spacing: float) -> np.ndarray:

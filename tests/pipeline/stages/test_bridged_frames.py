@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 import trimesh
 
+from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
+from refmesh_addon.pipeline.session.job import CHECK, JobSpec
+from refmesh_addon.pipeline.stages.check import check_sequence
 
-from ..running import cache_entries, finish, report
+from ..running import cache_entries, finish, report, shared_workers
 
 BAD = 5
 SEGMENTS = {"segments": "long", "group_size": 3}
@@ -91,6 +94,13 @@ def test_bad_frames_can_be_fitted_all_the_same(flickering, tmp_path):
     assert report(tmp_path)["bad_frames"] == []
     with np.load(tmp_path / "centers.npz") as centers:
         assert centers["frames"].tolist() == list(range(1, 8))
+
+
+def test_the_check_names_a_bad_frame(flickering, tmp_path):
+    job = JobSpec(str(flickering), str(tmp_path), until=CHECK)
+    findings = check_sequence(job, find_sequence(flickering), lambda *_: None, shared_workers())
+    (bad,) = [finding for finding in findings if finding.kind == "bad"]
+    assert bad.frame == BAD and bad.severity == "note" and "is missing; the frame is not fitted" in bad.message
 
 
 def test_missing_frames_are_bridged_as_well(flickering, bridged, tmp_path):
