@@ -15,6 +15,7 @@ from .regular_files import read_regular
 
 SMALLEST, LARGEST = 1e-30, 1e30  # diagonals, far within what single precision holds, in which Blender keeps positions
 LEAST_PRECISION = 1e-4  # step of double precision at a body, share of its diagonal; beyond that the results get visibly worse
+REMEDY = "export this frame again, or leave it out with --frames: the resulting mesh moves on over a few missing frames"
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:
@@ -37,7 +38,7 @@ def read_bytes(path: str | Path) -> bytes:
     except OSError as error:
         raise RefMeshError(f"{path}: cannot be read ({error.strerror or error})") from error
     if not data.strip():
-        raise RefMeshError(f"{path}: the file is empty; export this frame again")
+        raise RefMeshError(f"{path}: the file is empty; {REMEDY}")
     return data
 
 
@@ -82,7 +83,7 @@ def _checked(path: Path, parsed: ParsedMesh) -> TriangleMesh:
     vertices, triangles, omitted = parsed
     if not len(triangles):
         faces = f" ({omitted} faces have fewer than three corners)" if omitted else ""
-        raise RefMeshError(f"{path}: holds no triangles{faces}; export this frame as a surface")
+        raise RefMeshError(f"{path}: holds no triangles{faces}; {REMEDY}")
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
         count, first = np.count_nonzero(~finite), int(np.argmin(finite))
