@@ -142,6 +142,35 @@ def test_uv_map_and_image_sequence_of_an_object_become_the_colors_of_the_frames(
     assert owner.refmesh.source_colors
 
 
+@pytest.mark.parametrize("kind", ["usdc", "usdz", "abc"])
+def test_colors_of_an_object_that_a_file_brings(blender, tmp_path, kind):
+    """A USDZ file has its pictures inside; an Alembic file has UV maps only, and the material is given to the object afterward."""
+    blender.ops.mesh.primitive_cube_add()
+    box, path = blender.context.active_object, tmp_path / "from" / f"take.{kind}"
+    grow = box.modifiers.new("Grow", "DISPLACE")
+    for frame in (1, 2):
+        grow.strength = float(frame)
+        grow.keyframe_insert("strength", frame=frame)
+    write_image(tmp_path / "skin.png", np.full((8, 8, 3), (200, 100, 50), np.uint8))
+    box.data.materials.append(image_material("skin", bpy.data.images.load(str(tmp_path / "skin.png"))))
+    blender.context.scene.frame_start, blender.context.scene.frame_end = 1, 2
+    path.parent.mkdir()
+    if kind == "abc":
+        blender.ops.wm.alembic_export(filepath=str(path), as_background_job=False)
+    else:
+        blender.ops.wm.usd_export(filepath=str(path), export_animation=True)
+    blender.ops.refmesh.import_scene(filepath=str(path), empty_scene=True)
+    if kind == "abc":
+        skin = image_material("skin", bpy.data.images.load(str(tmp_path / "skin.png")))
+        blender.context.active_object.data.materials.append(skin)
+    blender.ops.refmesh.import_object(output=str(tmp_path / "out"), first=1, last=2)
+    files = [Path(bpy.path.abspath(frame.path)) for frame in blender.context.active_object.refmesh.frames]
+    shown = [parse_appearance(file.read_bytes(), file)[0] for file in files]
+    assert [appearance.images[0][0, 0].tolist() for appearance in shown] == [[200, 100, 50]] * 2
+    assert all(0.0 <= appearance.uvs.min() < appearance.uvs.max() <= 1.0 for appearance in shown)
+    assert np.ptp(shown[1].mesh.vertices) > 1.1 * np.ptp(shown[0].mesh.vertices)
+
+
 def test_a_color_attribute_of_an_object_becomes_vertex_colors(blender, cube, tmp_path):
     attribute = cube.data.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
     attribute.data.foreach_set("color_srgb", np.tile([0.2, 0.4, 0.6, 1.0], len(attribute.data)))

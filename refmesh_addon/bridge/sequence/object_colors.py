@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,14 +18,35 @@ from ..scene.paths import state_digest
 
 
 @dataclass(frozen=True)
+class Picture:
+    """An image file.  packed : its bytes where they are in the scene, as those of a USDZ file are; None where they are at `path`."""
+
+    path: Path
+    packed: bytes | None
+
+    @property
+    def name(self) -> str:
+        """For a copy: without digits, which would be taken for the number of a frame."""
+        digest = state_digest(self.path) if self.packed is None else hashlib.blake2b(self.packed, digest_size=8).hexdigest()
+        return "picture_" + digest.translate(str.maketrans("0123456789", "ghijklmnop")) + self.path.suffix.lower()
+
+    def copy(self, path: Path) -> None:
+        """Writes the file once more."""
+        if self.packed is None:
+            shutil.copyfile(self.path, path)
+        else:
+            path.write_bytes(self.packed)
+
+
+@dataclass(frozen=True)
 class ObjectColors:
     """uvs : (T, 3, 2) float32 of the corners of the triangles.  materials : (T,) int32, index into `pictures`, -1 for none.
-    pictures : files.  colors : (V, 4) uint8 of the vertices; None without a color attribute.
+    pictures : of the materials.  colors : (V, 4) uint8 of the vertices; None without a color attribute.
     """
 
     uvs: np.ndarray
     materials: np.ndarray
-    pictures: tuple[Path, ...]
+    pictures: tuple[Picture, ...]
     colors: np.ndarray | None
 
 
@@ -44,8 +66,8 @@ def evaluated_colors(target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -
     finally:
         evaluated.to_mesh_clear()
     mirrored = np.linalg.det(np.array(evaluated.matrix_world, dtype=float)[:3, :3]) < 0
-    pictures = tuple(dict.fromkeys(path for path in files if path is not None))
-    lookup = np.array([pictures.index(path) if path is not None else -1 for path in files] or [-1], np.int32)
+    pictures = tuple(dict.fromkeys(file for file in files if file is not None))
+    lookup = np.array([pictures.index(file) if file is not None else -1 for file in files] or [-1], np.int32)
     materials = lookup[np.clip(places, 0, len(lookup) - 1)]
     return ObjectColors(uvs[:, ::-1] if mirrored else uvs, materials, pictures if mapped else (), colors)
 
@@ -55,16 +77,11 @@ def write_object_frame(path: Path, mesh: TriangleMesh, colors: ObjectColors) -> 
     if not colors.pictures:
         write_ply(path, mesh, colors.colors)
         return
-    names = [f"{_digest(picture)}{picture.suffix.lower()}" for picture in colors.pictures]
+    names = [picture.name for picture in colors.pictures]
     for picture, name in zip(colors.pictures, names):
         if not (path.parent / name).exists():
-            shutil.copyfile(picture, path.parent / name)
+            picture.copy(path.parent / name)
     write_textured_ply(path, mesh, colors.uvs, colors.materials, names)
-
-
-def _digest(picture: Path) -> str:
-    """A name without digits, which would be taken for the number of a frame."""
-    return "picture_" + state_digest(picture).translate(str.maketrans("0123456789", "ghijklmnop"))
 
 
 def _uvs(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -76,8 +93,8 @@ def _uvs(mesh: bpy.types.Mesh) -> np.ndarray:
     return result.reshape(-1, 2)
 
 
-def _picture(material: bpy.types.Material | None) -> Path | None:
-    """File of the image that a material shows in the present frame; None where there is none that can be read."""
+def _picture(material: bpy.types.Material | None) -> Picture | None:
+    """The image that a material shows in the present frame; None where there is none that can be read."""
     if material is None or material.node_tree is None:
         return None
     nodes = [node for node in material.node_tree.nodes if node.type == "TEX_IMAGE" and node.image is not None]
@@ -86,7 +103,8 @@ def _picture(material: bpy.types.Material | None) -> Path | None:
         return None
     node = (colored or nodes)[0]
     path = Path(bpy.path.abspath(node.image.filepath_from_user(image_user=node.image_user)))
-    return path if path.suffix.lower() in EXTENSIONS and path.is_file() else None
+    packed = node.image.packed_file.data if node.image.packed_file else None
+    return Picture(path, packed) if path.suffix.lower() in EXTENSIONS and (packed or path.is_file()) else None
 
 
 def _vertex_colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
