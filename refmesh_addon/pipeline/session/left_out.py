@@ -28,9 +28,10 @@ class LeftOut:
     def report(self, report: Report, warn: Callable[[str], None]) -> None:
         """Puts the frames into the report, with a warning for each run of them."""
         report.bad_frames = list(self.frames)
-        for first in (one for one in self.frames if one is next(other for other in self.frames if other.before == one.before)):
-            own = [one.frame for one in self.frames if one.before == first.before]
-            which = f"frame {own[0]}" if len(own) == 1 else f"frames {own[0]}-{own[-1]}"
+        for before in dict.fromkeys(one.before for one in self.frames):
+            own = [one for one in self.frames if one.before == before]
+            first = own[0]
+            which = f"frame {first.frame}" if len(own) == 1 else f"frames {first.frame}-{own[-1].frame}"
             where = "({:.4g}, {:.4g}, {:.4g})".format(*first.position)
             away = f"left out, and another mesh begins with frame {first.after}"
             what = f"bridged from frames {first.before} and {first.after}" if self.bridged else away
