@@ -25,6 +25,11 @@ class LeftOut:
         ]
         return cls(tuple(entries), bridged)
 
+    def advice(self, number: int) -> str:
+        """What an error says of a frame that is not part of the job, if it is a bad one; otherwise nothing."""
+        bad = next((one for one in self.frames if one.frame == number), None)
+        return "" if bad is None else f"; {bad.reason} in frame {number}: take {bad.before} or {bad.after}, or --bad-frames fit"
+
     def report(self, report: Report, warn: Callable[[str], None]) -> None:
         """Puts the frames into the report, with a warning for each run of them."""
         report.bad_frames = list(self.frames)

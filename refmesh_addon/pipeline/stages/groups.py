@@ -70,12 +70,12 @@ def divided(runs: list[tuple[int, ...]], at: tuple[int, ...]) -> list[tuple[int,
 
 
 def _starts(context: Context) -> list[int]:
-    """Indices of the frames that begin a group; the first frame always does."""
-    numbers = list(context.numbers)
+    """Indices of the frames that begin a group; the first frame always does, and instead of a bad frame the one after."""
+    numbers, after = list(context.numbers), {bad.frame: bad.after for bad in context.left_out.frames}
     text = context.settings.reference.group_starts
     starts = {0}
     for number in text.split(","):
-        if not number.strip().isdecimal() or int(number) not in numbers:
+        if not number.strip().isdecimal() or int(number) not in {*numbers, *after}:
             raise RefMeshError(f"--group-starts '{text}': '{number.strip()}' is no frame of the job; it has {format_ranges(numbers)}")
-        starts.add(numbers.index(int(number)))
+        starts.add(numbers.index(after.get(int(number), int(number))))
     return sorted(starts)

@@ -21,7 +21,7 @@ def parsed_marks(context: Context) -> Marks | None:
     """What `--apart` asks for, if anything. Raises RefMeshError when it cannot be parsed or names a frame that is not there."""
     marks = parse_marks(context.settings.reference.apart)
     if marks and marks.frame not in context.numbers:
-        there = format_ranges(context.numbers)
+        there = format_ranges(context.numbers) + context.left_out.advice(marks.frame)
         raise RefMeshError(f"--apart: bodies are marked in frame {marks.frame}, which is not part of the job; mark them in one of {there}")
     return marks
 

@@ -23,7 +23,8 @@ def own_mesh_frame(context: Context) -> int | None:
     if settings.mesh_frame in (-1, OVER_REFERENCE):
         return 0
     if settings.mesh_frame not in numbers:
-        raise RefMeshError(f"--mesh-frame {settings.mesh_frame} is not part of the job; it has frames {format_ranges(numbers)}")
+        advice = context.left_out.advice(settings.mesh_frame)
+        raise RefMeshError(f"--mesh-frame {settings.mesh_frame} is not part of the job; it has frames {format_ranges(numbers)}{advice}")
     return numbers.index(settings.mesh_frame)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
@@ -94,6 +95,13 @@ def test_bad_frames_can_be_fitted_all_the_same(flickering, tmp_path):
     assert report(tmp_path)["bad_frames"] == []
     with np.load(tmp_path / "centers.npz") as centers:
         assert centers["frames"].tolist() == list(range(1, 8))
+
+
+def test_a_bad_frame_that_settings_name_gives_way_to_the_next_or_is_refused_with_advice(flickering, tmp_path):
+    finish(flickering, tmp_path, until="reference", segments="groups", group_starts=str(BAD))
+    assert [group["frames"] for group in report(tmp_path)["groups"]] == [[1, 2, 3, 4], [6, 7]]
+    with pytest.raises(RefMeshError, match="is missing in frame 5: take 4 or 6, or --bad-frames fit"):
+        finish(flickering, tmp_path, until="reference", apart=f"{BAD}: 0 0 0 | 1 0 0")
 
 
 def test_the_check_names_a_bad_frame(flickering, tmp_path):
