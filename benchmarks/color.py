@@ -35,6 +35,7 @@ from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.report import read_report
 from refmesh_addon.pipeline.run import run
 from refmesh_addon.pipeline.session.job import JobSpec
+from refmesh_addon.pipeline.session.layouts import best_layout
 from sample_scenes.generators.textured import TEXTURED, TexturedSequence, write_frame
 
 from .common import assignment
@@ -89,17 +90,14 @@ def figures(source: Path, output: Path, size: int, sequence: TexturedSequence | 
 
 
 def layout_figures(mesh: TriangleMesh) -> tuple[Layout, dict[str, float]]:
-    """xatlas, where it is there, beside the plain projection."""
-    from refmesh_addon.pipeline.session.unwrapping import unwrapped
-
+    """The layout that a job takes, beside the plain projection."""
     start = time.perf_counter()
-    layout = unwrapped(mesh)
+    layout, _ = best_layout(mesh)
     seconds = time.perf_counter() - start
-    plain = measured(mesh, projected_layout(mesh))
-    quality = measured(mesh, layout or projected_layout(mesh))
+    plain, quality = measured(mesh, projected_layout(mesh)), measured(mesh, layout)
     entry = {"charts": quality.charts, "stretch": quality.stretch, "area": quality.area_used, "layout_s": seconds}
     entry |= {"plain_charts": plain.charts, "plain_stretch": plain.stretch, "plain_area": plain.area_used}
-    return layout or projected_layout(mesh), entry
+    return layout, entry
 
 
 def bake_figures(deformed: TriangleMesh, layout: Layout, path: Path, size: int) -> dict[str, float]:

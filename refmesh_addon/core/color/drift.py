@@ -41,11 +41,11 @@ def _vertex_flow(deformed: TriangleMesh, layout: Layout, texels: Texels, flow: F
     motion = flow.offsets.reshape(-1, 2)[texels.pixels[chosen]]
     tangents = _tangents(deformed, layout, texels.size)[triangles]
     offsets = np.einsum("nij,nj->ni", tangents, motion)
-    weights = np.column_stack([1.0 - texels.shares[chosen].sum(axis=1), texels.shares[chosen]])
+    everything = np.maximum(np.column_stack([1.0 - texels.shares.sum(axis=1), texels.shares]), 0.0)  # beside a chart some are negative
+    weights = everything[chosen]
     count, corners = len(deformed.vertices), deformed.triangles[triangles]
     total = np.bincount(corners.ravel(), weights.ravel(), count)
     sums = [np.bincount(corners.ravel(), (weights * offsets[:, axis, None]).ravel(), count) for axis in range(3)]
-    everything = np.column_stack([1.0 - texels.shares.sum(axis=1), texels.shares])
     seen = np.bincount(deformed.triangles[texels.triangles].ravel(), everything.ravel(), count)
     return np.stack(sums, axis=1) / np.maximum(total, 1e-9)[:, None], total / np.maximum(seen, 1e-9)
 

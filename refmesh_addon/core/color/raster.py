@@ -43,7 +43,7 @@ def _rasterized(corners: np.ndarray, width: int, height: int, first: int) -> tup
     end = np.clip(np.ceil(right - 0.5), 0, width).astype(np.int64)
     span, place = ragged_indices(np.maximum(end - start, 0))
     columns, triangles, lines = start[span] + place, owners[span], rows[span]
-    second, third = _shares(corners, triangles, columns + 0.5, lines + 0.5)
+    second, third = shares_at(corners, triangles, columns + 0.5, lines + 0.5)
     pixels, triangles = (lines * width + columns).astype(np.int32), (triangles + first).astype(np.int32)
     shares = np.stack([second, third], axis=1, dtype=np.float32)
     kept = np.isfinite(second) & np.isfinite(third)
@@ -78,7 +78,7 @@ def _spans(corners: np.ndarray, owners: np.ndarray, rows: np.ndarray) -> tuple[n
     return left, np.where(np.isfinite(right), right, left)
 
 
-def _shares(corners: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shares_at(corners: np.ndarray, triangles: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Weights (N,) of the second and third corner of (N,) triangles at places (N,); not finite without area."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -32,9 +32,9 @@ from .groups import FrameGroup
 from .own_layout import own_layouts
 
 LAYOUT_SCHEMA = 4
-BAKE_SCHEMA = 3
-STEADY_SCHEMA = 1
-FILES_SCHEMA = 1
+BAKE_SCHEMA = 4
+STEADY_SCHEMA = 2
+FILES_SCHEMA = 2
 MOST_STEADY_FRAMES = 9  # frames of a group whose median makes the steady texture, evenly spread: all are in memory at once
 COMPARED_TEXELS = 20_000  # of a frame, whose median ratio gives its exposure
 EXTENSIONS = {"png": ".png", "jpeg": ".jpg"}

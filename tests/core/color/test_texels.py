@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
+from refmesh_addon.core.color.raster import rasterized
 from refmesh_addon.core.color.texels import STRIDE, Texels
 
 from .painted import cube_sphere
@@ -23,9 +24,22 @@ def test_texels_are_where_their_pixels_are_in_the_layout():
     assert_allclose(place * SIZE, np.stack([column + 0.5, SIZE - row - 0.5], axis=1), atol=1e-3)
 
 
-def test_points_lie_on_the_mesh():
+def test_points_lie_on_the_mesh_or_in_the_plane_of_a_triangle_just_beyond_it():
+    covered = np.isin(TEXELS.pixels, rasterized(LAYOUT.pixels(SIZE), SIZE, SIZE).pixels)
     radius = np.linalg.norm(TEXELS.points(MESH), axis=1)
-    assert 0.9 < radius.min() and radius.max() < 1.0 + 1e-6
+    assert 0.9 < radius.min() and radius[covered].max() < 1.0 + 1e-6
+    texel = np.linalg.norm(np.diff(MESH.vertices[MESH.triangles[:, :2]], axis=1)[:, 0], axis=1) / np.linalg.norm(
+        np.diff(LAYOUT.pixels(SIZE)[:, :2], axis=1)[:, 0], axis=1
+    )
+    assert covered.sum() < len(covered) and radius[~covered].max() < 1.0 + 2.0 * texel.max()
+
+
+def test_all_pixels_around_a_covered_one_are_texels():
+    texel = np.zeros((SIZE + 2, SIZE + 2), bool)
+    texel.ravel()[(TEXELS.pixels // SIZE + 1) * (SIZE + 2) + TEXELS.pixels % SIZE + 1] = True
+    texel[[0, -1]] = texel[:, [0, -1]] = True  # beyond the picture
+    row, column = np.divmod(rasterized(LAYOUT.pixels(SIZE), SIZE, SIZE).pixels, SIZE)
+    assert all(texel[row + 1 + down, column + 1 + right].all() for down in (-1, 0, 1) for right in (-1, 0, 1))
 
 
 def test_seeds_are_near_and_on_the_same_chart():
