@@ -28,8 +28,9 @@ from .stages.own_mesh import check_own
 from .stages.reconstruction import check_available
 from .stages.reference import References, make_references
 from .stages.reference_report import write_references
+from .stages.refinement import refine
 from .stages.segment_review import cut_by_probes, with_own_meshes
-from .stages.segments import FINAL, PLANNED, SegmentPlan, first_plan
+from .stages.segments import PLANNED, PROBED, SegmentPlan, first_plan
 from .stages.steps import REVIEW, TRACK
 from .stages.tracking import track_sequence
 from .stages.tracking_by_group import track_groups
@@ -127,21 +128,30 @@ def _probed(context: Context, tracking: TrackingResult, to_probe: bool) -> tuple
     with context.timed(REFERENCE):
         plan = first_plan(context, tracking)
         references = make_references(context, tracking, plan.grouped)
-    if not to_probe or plan.state != PLANNED:
-        return plan, references
-    with context.timed(DEFORMATION):
-        plan = cut_by_probes(context, tracking, plan, references)
-    with context.timed(REFERENCE):
-        return plan, make_references(context, tracking, plan.grouped)
+    if plan.state == PLANNED and to_probe:
+        with context.timed(DEFORMATION):
+            plan = cut_by_probes(context, tracking, plan, references)
+        with context.timed(REFERENCE):
+            references = make_references(context, tracking, plan.grouped)
+    return plan, _refined(context, tracking, plan, references)
 
 
 def _reviewed(context: Context, tracking: TrackingResult, plan: SegmentPlan, references: References) -> tuple[SegmentPlan, References]:
     """The same once all frames are deformed and measured; those that no probe stood for may need other meshes."""
-    if plan.state == FINAL:
+    if plan.state != PROBED:
         return plan, references
     with context.timed(DEFORMATION):
         deformed = deform(context, tracking, references)
     with context.timed(EVALUATION):
         plan = with_own_meshes(context, tracking, plan, references, deformed)
     with context.timed(REFERENCE):
-        return plan, make_references(context, tracking, plan.grouped)
+        references = make_references(context, tracking, plan.grouped)
+    return plan, _refined(context, tracking, plan, references)
+
+
+def _refined(context: Context, tracking: TrackingResult, plan: SegmentPlan, references: References) -> References:
+    """The meshes of reviewed runs, refined where frames stretch them."""
+    if not plan.reviewed:
+        return references
+    with context.timed(DEFORMATION):
+        return refine(context, tracking, references)

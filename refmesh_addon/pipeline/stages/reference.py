@@ -72,8 +72,11 @@ class AlignedGroups(GroupedFrames):
 
     def of_source(self, group: FrameGroup, frame: int) -> AlignedFrame:
         """One of the frames that the mesh of a group is made from."""
-        holder = next(one.index for one in self.groups if one.key == group.key and (one.index, frame) in self.aligned)
-        return self.aligned[holder, frame]
+        return self.aligned[self.holder(group, frame), frame]
+
+    def holder(self, group: FrameGroup, frame: int) -> int:
+        """Index of the group, of all with the mesh of `group`, under which a frame that the mesh is made from is."""
+        return next(one.index for one in self.groups if one.key == group.key and (one.index, frame) in self.aligned)
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def cut_by_probes(context: Context, tracking: TrackingResult, plan: SegmentPlan,
     bodies, divisible = plan.grouped.bodies, lambda run: len(_groups_within(context, tracking, run)) > 1
     runs = {group.index: group.frames for group in plan.grouped.groups if divisible(group.frames)}
     for _ in range(ROUNDS):
-        probes = {index: _probes(context, tracking, run) for index, run in runs.items()}
+        probes = {index: probed_frames(context, tracking, run) for index, run in runs.items()}
         if not runs or not allowance.take(sum(map(len, probes.values()))):
             break
         figures, parts = probe(quiet, tracking, references, probes), []
@@ -111,7 +111,7 @@ def cuts_around(plan: SegmentPlan, own: Mapping[Run, str], spent: int) -> Cuts:
     return Cuts(np.array(starts), reasons, np.array(sources), np.array(alone), FINAL, spent)
 
 
-def _probes(context: Context, tracking: TrackingResult, run: Run) -> tuple[int, ...]:
+def probed_frames(context: Context, tracking: TrackingResult, run: Run) -> tuple[int, ...]:
     """The frame of each group within a run in which centers are strained most; those of the most strained groups."""
     stress = dict(zip(run, frame_stress(tracking.centers_in(run), tracking.affinity_at(run[0])).tolist(), strict=True))
     worst = [max(group, key=lambda frame: stress[frame]) for group in _groups_within(context, tracking, run)]
@@ -121,7 +121,7 @@ def _probes(context: Context, tracking: TrackingResult, run: Run) -> tuple[int, 
 
 def _sketches(context: Context, tracking: TrackingResult, bodies: np.ndarray | None, runs: Mapping[int, Run]) -> References:
     """Meshes of some frames of each run, evenly chosen, and its probes."""
-    probes = [_probes(context, tracking, run) for run in runs.values()]
+    probes = [probed_frames(context, tracking, run) for run in runs.values()]
     even = [{run[row] for row in np.linspace(0, len(run) - 1, SKETCHED).astype(int).tolist()} for run in runs.values()]
     sources = [tuple(sorted(chosen.union(own))) for chosen, own in zip(even, probes, strict=True)]
     grouped = group_frames(context, tracking, bodies, probes, sources, segment=True, folder=SKETCH_FOLDER)

@@ -33,14 +33,19 @@ PLANNED, PROBED, FINAL = range(3)  # how far the review of a plan is: not begun,
 class SegmentPlan:
     """Runs of frames that share a mesh.
 
-    grouped : the runs.  reasons : why each begins.  state : PLANNED, PROBED or FINAL.
+    grouped : the runs.  reasons : why each begins.  state : PLANNED, PROBED or FINAL; None for runs that no review chooses.
     spent : frames that the review has deformed beyond those of the result.
     """
 
     grouped: GroupedFrames
     reasons: tuple[str, ...]
-    state: int = FINAL
+    state: int | None = None
     spent: int = 0
+
+    @property
+    def reviewed(self) -> bool:
+        """Whether a review has begun."""
+        return self.state in (PROBED, FINAL)
 
     @property
     def starts(self) -> dict[int, str]:

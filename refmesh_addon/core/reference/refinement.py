@@ -1,0 +1,78 @@
+"""Smaller triangles where the frames stretch a reference mesh, so that they are of one size there and not only at rest.
+
+Cloth that unfolds has little surface in the reference positions. The deformed triangles are long there, and hems come out as saws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..geometry.half_edges import HalfEdges
+from ..geometry.mesh import mean_edge_length
+from ..geometry.subdivision import split_edges
+from .group import ReferenceMesh
+
+LONGEST = 1.6  # mean edge lengths, of an edge in a frame; of a regular mesh at rest hardly any is as long
+STRETCHED = 1.2  # factor by which such an edge is longer than at rest: others are long because the remeshing left them so
+ROUNDS = 4  # of splits, each of which halves edges
+MOST = 0.15  # edges that are split, as a share of all: where more of the mesh is stretched, triangles are not what it lacks
+
+
+def refined(reference: ReferenceMesh, frames: Sequence[np.ndarray]) -> ReferenceMesh:
+    """The reference mesh with those edges split in the middle that some frame stretches; itself where there are none.
+
+    frames : (R, 3) vertices in each of some frames, scene units. New vertices come after those that there are.
+
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> still = ReferenceMesh(square, 0)
+    >>> refined(still, [square.vertices]) is still
+    True
+    """
+    positions = [reference.mesh.vertices, *frames]
+    lengths = [mean_edge_length(reference.mesh.moved(places)) for places in positions]
+    budget = int(MOST * len(HalfEdges.of(reference.mesh).edges))
+    for _ in range(ROUNDS):
+        table = HalfEdges.of(reference.mesh)
+        split = _longest(_stretched(table.edges, positions, lengths), budget)
+        if not split.any():
+            break
+        budget -= int(split.sum())
+        positions = [np.concatenate([places, places[table.edges[split]].mean(axis=1)]) for places in positions]
+        features = _halved(reference.features, table.edges[split], len(reference.mesh.vertices))
+        reference = replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
+    return reference
+
+
+def _stretched(edges: np.ndarray, positions: Sequence[np.ndarray], lengths: Sequence[float]) -> np.ndarray:
+    """(E,) largest length of each of (E, 2) edges in a frame, in mean edge lengths; 0 where no frame stretches it.
+
+    positions, lengths : of the vertices and the mean edge, at rest and then in each frame.
+    """
+    sizes = [np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1) for places in positions]
+    rest, *there = (size / length for size, length in zip(sizes, lengths, strict=True))
+    largest = np.max(there, axis=0)
+    return np.where((largest > LONGEST) & (largest > STRETCHED * rest), largest, 0.0)
+
+
+def _longest(sizes: np.ndarray, count: int) -> np.ndarray:
+    """(E,) bool, the edges of the largest sizes above 0, at most so many."""
+    result = np.zeros(len(sizes), dtype=bool)
+    result[np.argsort(-sizes, kind="stable")[:count]] = True
+    return result & (sizes > 0)
+
+
+def _halved(features: np.ndarray, split: np.ndarray, count: int) -> np.ndarray:
+    """(K, 2) int32 feature edges with two in place of each that is split.
+
+    split : (S, 2) edges in order, lower vertex first, whose new vertices have the numbers from `count` on.
+    """
+    features, names = np.sort(features.astype(np.int64), axis=1), split @ np.array([count, 1], dtype=np.int64)
+    own = features @ np.array([count, 1], dtype=np.int64)
+    place = np.searchsorted(names, own)
+    on_split = np.isin(own, names)
+    middle = count + place[on_split]
+    halves = [np.column_stack([features[on_split, end], middle]) for end in (0, 1)]
+    return np.concatenate([features[~on_split], *halves]).astype(np.int32)
