@@ -1,10 +1,12 @@
 """Workers as Blender meets them: they finish, stop when asked, die, and outlive nobody."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -151,8 +153,8 @@ BAD_FRAMES = {
     "cut off": b"v 0 0 0\nv 1 0 0\nv 0 1",
     "not a number": b"v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n",
     "out of range": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n",
-    "plane": b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n",
 }
+PLANE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
 
 
 @pytest.mark.parametrize("content", BAD_FRAMES.values(), ids=BAD_FRAMES.keys())
@@ -168,6 +170,20 @@ def test_a_bad_frame_is_named_and_nothing_is_half_written(two_balls, tmp_path, c
     assert "internal error" not in final.message
     assert "\n" not in final.message
     assert not list(output.rglob("*.refmesh-partial"))
+
+
+def test_a_frame_without_volume_is_bridged_and_named_or_refused_where_frames_are_fitted_as_captured(two_balls, tmp_path):
+    source = tmp_path / "in"
+    shutil.copytree(two_balls, source)
+    (source / "balls_004.obj").write_bytes(PLANE)
+    events = list(WorkerProcess(job(source, tmp_path / "bridged")).events())
+    assert events[-1].kind == "done"
+    assert any("frame 4" in event.message for event in events if event.kind == "warning")
+    spec = job(source, tmp_path / "fitted")
+    settings = replace(spec.settings, tracking=replace(spec.settings.tracking, bad_frames="fit"))
+    final = list(WorkerProcess(replace(spec, settings=settings)).events())[-1]
+    assert final.kind == "failed"
+    assert "balls_004.obj" in final.message
 
 
 @pytest.mark.skipif(os.name == "nt", reason="priorities are other things there")
