@@ -149,7 +149,8 @@ def _summarize(job: BatchJob, outcomes: Sequence[Outcome]) -> None:
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip())
-    print(f"{len(outcomes)} takes, {sum(outcome.result == 'done' for outcome in outcomes)} done, {failed} failed", flush=True)
+    done, noun = sum(outcome.result == "done" for outcome in outcomes), "take" if len(outcomes) == 1 else "takes"
+    print(f"{len(outcomes)} {noun}, {done} done, {failed} failed", flush=True)
     path = job.output / SUMMARY_NAME
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

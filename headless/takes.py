@@ -45,13 +45,14 @@ class Columns:
 
 def read_takes(batch: Path, output: Path, columns: Columns) -> list[Take]:
     """The takes of a CSV file or a folder. Raises BatchError when there are none, or two of them have one output folder."""
-    if batch.is_dir():
-        takes = [Take(str(path), output / _default_name(str(path), columns)) for path in _inside(batch, columns)]
-    else:
-        try:
-            takes = list(_rows(batch, output, columns))
-        except csv.Error as error:
-            raise BatchError(f"{batch}: cannot be read as CSV ({error})") from error
+    try:
+        takes = list(_folders(batch, output, columns) if batch.is_dir() else _rows(batch, output, columns))
+    except FileNotFoundError as error:
+        raise BatchError(f"{batch}: no such file or folder; give a CSV file, or a folder with a folder for each take") from error
+    except OSError as error:
+        raise BatchError(f"{batch}: cannot be read ({error.strerror or error})") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise BatchError(f"{batch}: cannot be read as CSV ({error}); save it as CSV in UTF-8") from error
     if not takes:
         raise BatchError(f"{batch}: holds no takes; give a folder with a folder for each take, or a CSV file with the column '{INPUT}'")
     places: dict[str, Take] = {}
@@ -62,23 +63,21 @@ def read_takes(batch: Path, output: Path, columns: Columns) -> list[Take]:
     return takes
 
 
-def _inside(folder: Path, columns: Columns) -> list[Path]:
+def _folders(folder: Path, output: Path, columns: Columns) -> Iterator[Take]:
     """The folders and scene files in a folder, in the order of their names."""
-    paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    return [path for path in paths if path.is_dir() or columns.is_scene(str(path))]
+    for path in sorted(path for path in folder.iterdir() if not path.name.startswith(".")):
+        if path.is_dir() or columns.is_scene(str(path)):
+            yield Take(str(path), output / _default_name(str(path), columns))
 
 
 def _rows(path: Path, output: Path, columns: Columns) -> Iterator[Take]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BatchError(f"{path}: cannot be read as CSV ({error})") from error
+    text = path.read_text(encoding="utf-8-sig")
     first = text.split("\n", 1)[0]
     table = csv.DictReader(io.StringIO(text, newline=""), delimiter=max(DELIMITERS, key=first.count), skipinitialspace=True)
     _check_columns(path, table.fieldnames or (), columns)
     for row in table:
         if None in row:
-            raise BatchError(f"{path}, line {table.line_num}: more cells than columns")
+            raise BatchError(f"{path}, line {table.line_num}: more cells than columns; put text that contains the separator in quotes")
         cells = {_option(name): (text or "").strip() for name, text in row.items()}
         if any(cells.values()):
             yield _take(f"{path}, line {table.line_num}", cells, path.parent, output, columns)
@@ -87,17 +86,17 @@ def _rows(path: Path, output: Path, columns: Columns) -> Iterator[Take]:
 def _check_columns(path: Path, names: Sequence[str], columns: Columns) -> None:
     options = [_option(name) for name in names]
     if INPUT not in options:
-        raise BatchError(f"{path}: has no column '{INPUT}'")
+        raise BatchError(f"{path}: has no column '{INPUT}'; its first line names the columns, as in '{INPUT},preset,export'")
     for option in options:
         if option not in {INPUT, OUTPUT} | columns.switches | columns.others:
-            raise BatchError(f"{path}: the column '{option}' is no option of a take; --help lists the options")
+            raise BatchError(f"{path}: the column '{option}' is not an option of a take; --help lists the options")
     if len(set(options)) < len(options):
-        raise BatchError(f"{path}: a column appears twice")
+        raise BatchError(f"{path}: the column '{next(name for name in options if options.count(name) > 1)}' appears twice; remove one")
 
 
 def _take(place: str, cells: dict[str, str], folder: Path, output: Path, columns: Columns) -> Take:
     if not cells[INPUT]:
-        raise BatchError(f"{place}: '{INPUT}' is empty")
+        raise BatchError(f"{place}: '{INPUT}' is empty; name a take there")
     source = os.path.join(folder, cells[INPUT])
     cells = {name: text for name, text in cells.items() if text}
     place_of = cells.pop(OUTPUT, "") or _default_name(source, columns)
@@ -110,7 +109,7 @@ def _options(place: str, option: str, text: str, folder: Path, columns: Columns)
     """What one cell is on the command line."""
     if option in columns.switches:
         if text.lower() not in SWITCHES:
-            raise BatchError(f"{place}: '{option}' is yes or no, not '{text}'")
+            raise BatchError(f"{place}: '{option}' is '{text}'; write yes or no")
         return [f"--{option}" if SWITCHES[text.lower()] else f"--no-{option}"]
     if option == "export":
         return [f"--export={kind}" for kind in text.split()]

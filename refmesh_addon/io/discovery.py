@@ -58,6 +58,12 @@ def _sequence_of(source: str) -> Sequence:
     return _only_sequence(names, source)
 
 
+def _first_of(names: list[NumberedName]) -> str:
+    """The first file by name, and how many more there are."""
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f"{names[0].text}{names[0].path.suffix}{more}"
+
+
 class _Reason:
     """Collects what a sequence says of itself: what was left out, and how else names could be read."""
 
@@ -66,10 +72,9 @@ class _Reason:
         self.readings: list[str] = []
 
     def left_out(self, names: Iterable[NumberedName], reason: str) -> None:
-        others = sorted(name.text + name.path.suffix for name in names)
+        others = sorted(names, key=lambda name: name.text + name.path.suffix)
         if others:
-            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
-            self.notes.append(f"left out: {others[0]}{more}, {reason}")
+            self.notes.append(f"left out: {_first_of(others)}, {reason}")
 
 
 def _sequence_with(path: Path) -> Sequence:
@@ -136,7 +141,7 @@ def _sequences(names: list[NumberedName], kind: str) -> list[list[NumberedName]]
 
 def _only(candidates: list[list[NumberedName]], source: str) -> NumberedName:
     if len(candidates) > 1:
-        shown = [f"{group[0].text}{group[0].path.suffix} and {len(group) - 1} more" for group in candidates[:CANDIDATES_SHOWN]]
+        shown = [_first_of(group) for group in candidates[:CANDIDATES_SHOWN]]
         others = len(candidates) - CANDIDATES_SHOWN
         listed = "; ".join(shown) + (f"; and {others} others" if others > 0 else "")
         raise RefMeshError(f"{source}: several sequences found ({listed}); give one file of the one you mean")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
+from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..core.findings import SEVERITIES, Finding
 from .files import atomic_file, write_json
@@ -50,7 +51,7 @@ def write_findings(output: Path, sequence: Sequence, findings: list[Finding], ki
 
 def report_text(sequence: Sequence, findings: list[Finding], kind: str = "") -> str:
     """The findings as text, by severity, below what kind of capture it is, which a note may have said already."""
-    lines = [f"{sequence.name}: {len(sequence.frames)} frames, {format_ranges(sequence.numbers)}"]
+    lines = [f"{sequence.name}: {counted(len(sequence.frames), 'frame')}, {format_ranges(sequence.numbers)}"]
     if kind and all(finding.message != kind for finding in findings):
         lines.append(kind)
     for severity, meaning in SEVERITIES.items():

@@ -6,6 +6,7 @@ import bpy
 
 from ..bridge.scene.focus import longest_side
 from ..core.capture.scale import scale_note
+from ..core.counted import counted
 from ..core.findings import SEVERITIES
 from ..io.findings import CHECK_TEXT, read_findings, read_kind
 from .common import absolute
@@ -39,7 +40,7 @@ flipped surfaces, missing textures, frames without volume. Also prepares the fra
             item.name, item.severity, item.message = str(finding.frame), finding.severity, finding.message
         state.checked = True
         counts = {severity: sum(finding.severity == severity for finding in findings) for severity in SEVERITIES}
-        summary = ", ".join(f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items() if count)
+        summary = ", ".join(counted(count, severity) for severity, count in counts.items() if count)
         kind = read_kind(output)
         self.report({"INFO"}, f"{kind and kind + '; '}{summary or 'nothing found'}; see {output / CHECK_TEXT}")
 

@@ -11,6 +11,7 @@ from ..bridge.formats.choice import choose, chosen_range
 from ..bridge.formats.export import Export
 from ..bridge.results.status import export_note
 from ..bridge.scene.paths import absolute_path
+from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..properties.selection import sequence_object
 from ..properties.wording import draw_wrapped
@@ -98,7 +99,7 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         choices = {owner: choose(owner, self.first, self.last, self.step, member) for owner in self._owners(context)}
         exports = [self._export_of(owner, choice) for owner, choice in choices.items()]
         written = [path for export in exports for path in registry.write(registry.FORMATS[self.format], export)]
-        self.report({"INFO"}, f"wrote {len(written)} files to {os.path.dirname(written[0])}")
+        self.report({"INFO"}, f"wrote {counted(len(written), 'file')} to {os.path.dirname(written[0])}")
         for export in exports:
             self._tell(export)
         for owner in choices:

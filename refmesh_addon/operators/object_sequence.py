@@ -5,6 +5,7 @@ import contextlib
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
+from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..io.sequence import BAKED_FOLDER
 from .common import SceneOperator, absolute, reporting
@@ -114,7 +115,7 @@ class REFMESH_OT_import_object(ModalOperator, SceneOperator, bpy.types.Operator)
         target.hide_set(self.hide)
         context.view_layer.objects.active = owner
         context.scene.frame_set(context.scene.frame_current)
-        self.report({"INFO"}, f"{sequence.name}: {len(sequence.frames)} frames")
+        self.report({"INFO"}, f"{sequence.name}: {counted(len(sequence.frames), 'frame')}")
         return {"FINISHED"}
 
 

@@ -3,6 +3,7 @@
 import bpy
 from bpy.props import StringProperty
 
+from ..core.counted import counted
 from ..properties.selection import sequence_object
 from .common import SequenceOperator, absolute, reporting
 
@@ -26,7 +27,7 @@ class REFMESH_OT_relocate_frames(SequenceOperator, bpy.types.Operator):
 
         owner = sequence_object(context)
         relocate_frames(owner, absolute(self.filepath))
-        self.report({"INFO"}, owner.refmesh.missing or f"{len(owner.refmesh.frames)} frames found")
+        self.report({"INFO"}, owner.refmesh.missing or f"{counted(len(owner.refmesh.frames), 'frame')} found")
         return {"FINISHED"}
 
 

@@ -7,6 +7,7 @@ from textwrap import wrap
 import numpy as np
 
 from ..core.capture.scale import scale_note
+from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..io.discovery import find_sequence
 from ..io.frame_range import format_ranges
@@ -65,7 +66,7 @@ def describe(sequence: Sequence) -> str:
     """One line about a sequence: name, count, range, gaps, notes."""
     gaps = f", missing {format_ranges(sequence.gaps)}" if sequence.gaps else ""
     notes = "".join(f"; {note}" for note in sequence.notes)
-    return f"{sequence.name}: {len(sequence.frames)} frames, {format_ranges(sequence.numbers)}{gaps}{notes}"
+    return f"{sequence.name}: {counted(len(sequence.frames), 'frame')}, {format_ranges(sequence.numbers)}{gaps}{notes}"
 
 
 @lru_cache(maxsize=8)
@@ -77,7 +78,7 @@ def summarize(source: str, frames: str) -> tuple[str, ...]:
     except (RefMeshError, OSError) as error:
         return (for_window(str(error)),)
     gaps = f"missing: {format_ranges(sequence.gaps)}" if sequence.gaps else "no gaps"
-    return (sequence.name, f"{len(sequence.frames)} frames: {format_ranges(sequence.numbers)}", gaps, format_bytes(size))
+    return (sequence.name, f"{counted(len(sequence.frames), 'frame')}: {format_ranges(sequence.numbers)}", gaps, format_bytes(size))
 
 
 @lru_cache(maxsize=8)

@@ -6,6 +6,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ..bridge.scene.objects import ROOT_ROTATION
+from ..core.counted import counted
 from ..pipeline.process.remote_stream import RemoteStream, decoded_files
 from .common import SceneOperator, absolute, reporting
 
@@ -29,7 +30,7 @@ class REFMESH_OT_decode_stream(SceneOperator, bpy.types.Operator):
     @reporting
     def execute(self, context):
         written = decoded_files(absolute(self.filepath), folder_of(self))
-        self.report({"INFO"}, f"wrote {len(written)} files to {written[0].parent}")
+        self.report({"INFO"}, f"wrote {counted(len(written), 'file')} to {written[0].parent}")
         return {"FINISHED"}
 
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..core.reference.marks import parse_marks
 from ..properties.selection import sequence_object
@@ -30,8 +31,7 @@ class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
             draw_wrapped(layout, context, INSTRUCTIONS if not bodies else "Mark another body to separate it from this one", icon="INFO")
         for number, points in enumerate(bodies, 1):
             row = layout.row(align=True)
-            count = f"{len(points)} center{'s' if len(points) > 1 else ''}"
-            row.label(text=f"Body {number}: {count}, frame {marks.frame}", icon="OUTLINER_OB_POINTCLOUD")
+            row.label(text=f"Body {number}: {counted(len(points), 'center')}, frame {marks.frame}", icon="OUTLINER_OB_POINTCLOUD")
             row.operator("refmesh.mark_body", text="", icon="ADD").body = number
             row.operator("refmesh.forget_body", text="", icon="X").body = number
         layout.operator("refmesh.mark_body").body = 0

@@ -4,6 +4,7 @@ import bpy
 
 from ..bridge.formats.registry import written_formats
 from ..bridge.results.status import export_note
+from ..core.counted import counted
 from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
 
@@ -34,7 +35,8 @@ class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
         state = sequence_object(context).refmesh
         deformed = "deformation" in state.done
         note = export_note(state) if deformed else "Run Deform first"
-        draw_wrapped(layout, context, note or f"Writes {len(state.groups)} deformed meshes", icon="ERROR" if note else "IMPORT")
+        writes = f"Writes {counted(len(state.groups), 'deformed mesh', 'deformed meshes')}"
+        draw_wrapped(layout, context, note or writes, icon="ERROR" if note else "IMPORT")
         column = layout.column()
         column.enabled = deformed
         column.label(text="Quality of Small Files")

@@ -4,6 +4,7 @@ import bpy
 
 from ..bridge.scene.focus import longest_side
 from ..core.capture.scale import scale_note
+from ..core.counted import counted
 from ..core.findings import SEVERITIES
 from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
@@ -37,7 +38,7 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         owner = sequence_object(context)
         state = owner.refmesh
         first, last = state.frames[0].name, state.frames[-1].name
-        layout.label(text=f"{state.root.name if state.root else owner.name}: {len(state.frames)} frames, {first} to {last}")
+        layout.label(text=f"{state.root.name if state.root else owner.name}: {counted(len(state.frames), 'frame')}, {first} to {last}")
         row = layout.row(align=True)
         row.prop(state, "frame_selection")
         row.operator("refmesh.exclude_frame", text="", icon="X")

@@ -3,6 +3,7 @@
 import bpy
 
 from ..bridge.results.status import first_to_run, step_status
+from ..core.counted import counted
 from ..core.settings import OVER_REFERENCE
 from ..properties.selection import sequence_object
 from ..properties.wording import sentence
@@ -65,7 +66,7 @@ class REFMESH_PT_track(StepPanel, bpy.types.Panel):
 
     @staticmethod
     def uses(state):
-        return f"frames {state.frame_selection}" if state.frame_selection else f"all {len(state.frames)} frames"
+        return f"frames {state.frame_selection}" if state.frame_selection else f"all {counted(len(state.frames), 'frame')}"
 
 
 class REFMESH_PT_reference(StepPanel, bpy.types.Panel):
@@ -99,7 +100,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
     @staticmethod
     def uses(state):
         first = first_to_run(state, "reference")
-        return f"the meshes of Reference; {first} runs first" if first else f"{len(state.groups)} reference meshes"
+        return f"the meshes of Reference; {first} runs first" if first else counted(len(state.groups), "reference mesh", "reference meshes")
 
     def draw(self, context):
         super().draw(context)
@@ -114,7 +115,8 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
             self._draw_worst(measured, "distance", 3)
         stretched = [frame for frame in state.frames if frame.overstretched > STRETCHED_SHOWN]
         if stretched:
-            draw_wrapped(self.layout, context, f"Stretched more than threefold, in {len(stretched)} frames: % of the surface", icon="ERROR")
+            where = counted(len(stretched), "frame")
+            draw_wrapped(self.layout, context, f"Stretched more than threefold, in {where}: % of the surface", icon="ERROR")
             self._draw_worst(stretched, "overstretched", 2)
         if state.places:
             draw_wrapped(self.layout, context, "Surface farther than 1 % of the diagonal from the other", icon="ERROR")
@@ -144,7 +146,7 @@ class REFMESH_PT_color(StepPanel, bpy.types.Panel):
     @staticmethod
     def uses(state):
         first = first_to_run(state, "evaluation")
-        return f"the frames of Deform; {first} runs first" if first else f"{len(state.groups)} deformed meshes"
+        return f"the frames of Deform; {first} runs first" if first else counted(len(state.groups), "deformed mesh", "deformed meshes")
 
     def draw(self, context):
         super().draw(context)

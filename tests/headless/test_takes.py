@@ -61,9 +61,9 @@ def test_a_take_has_the_name_of_its_folder(tmp_path, source, name):
         ("", "no column 'input'"),
         ("input\n", "holds no takes"),
         ("folder\njump\n", "no column 'input'"),
-        ("input,speed\njump,3\n", "the column 'speed' is no option"),
-        ("input,frames,--frames\njump,1,2\n", "a column appears twice"),
-        ("input,resume\njump,perhaps\n", "line 2: 'resume' is yes or no"),
+        ("input,speed\njump,3\n", "the column 'speed' is not an option"),
+        ("input,frames,--frames\njump,1,2\n", "the column 'frames' appears twice"),
+        ("input,resume\njump,perhaps\n", "line 2: 'resume' is 'perhaps'; write yes or no"),
         ("input,frames\n,3\n", "line 2: 'input' is empty"),
         ("input,frames\njump,1,3\n", "line 2: more cells than columns"),
         ("input\na/jump/x.obj\nb/jump/x.obj\n", "would share"),
@@ -77,6 +77,6 @@ def test_a_table_that_cannot_be_meant_is_refused(tmp_path, text, message):
 def test_a_missing_or_binary_file_is_refused(tmp_path):
     (tmp_path / "takes.csv").write_bytes(b"\xff\xfe\x00")
     (tmp_path / "long.csv").write_text("input\n" + "x" * 200_000)
-    for name in ("takes.csv", "nothing.csv", "long.csv"):
-        with pytest.raises(BatchError, match="cannot be read as CSV"):
+    for name, message in (("takes.csv", "cannot be read as CSV"), ("nothing.csv", "no such file"), ("long.csv", "cannot be read as CSV")):
+        with pytest.raises(BatchError, match=message):
             read(tmp_path / name)

@@ -49,8 +49,8 @@ def test_digits_that_all_names_share_are_not_the_number(folder):
 
 
 def test_a_file_stands_for_its_own_sequence_among_several(folder):
-    root = folder("hand_1.obj", "hand_2.obj", "foot_7.obj", "foot_8.obj", "foot_9.obj")
-    with pytest.raises(RefMeshError, match=r"several sequences found \(foot_7.obj and 2 more; hand_1.obj and 1 more\)"):
+    root = folder("hand_1.obj", "hand_2.obj", "foot_7.obj", "foot_8.obj", "foot_9.obj", "nose_1.obj")
+    with pytest.raises(RefMeshError, match=r"several sequences found \(foot_7.obj and 2 more; hand_1.obj and 1 more; nose_1.obj\)"):
         find_sequence(root)
     assert find_sequence(root / "hand_2.obj").numbers == (1, 2)
     assert find_sequence(str(root / "foot_*")).numbers == (7, 8, 9)

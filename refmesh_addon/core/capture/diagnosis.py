@@ -90,7 +90,8 @@ def describe_take(frames: Sequence[FrameStatistics], requested: str = "auto") ->
     """What kind of capture the take is, in a clause; "" where no frame can be read.  requested : the setting `surface`."""
     kinds = [frame.kind for frame in frames if not frame.error]
     kind = take_kind(kinds, requested)
-    return f"the take shows {DESCRIPTIONS[kind]} ({kinds.count(kind)} of {len(kinds)} frames are {ADJECTIVES[kind]})" if kinds else ""
+    share = f"{kinds.count(kind)} of {len(kinds)} frames {'is' if kinds.count(kind) == 1 else 'are'} {ADJECTIVES[kind]}"
+    return f"the take shows {DESCRIPTIONS[kind]} ({share})" if kinds else ""
 
 
 def _surface(frames: Sequence[FrameStatistics], requested: str) -> list[Finding]:
@@ -113,7 +114,7 @@ def _open(frames: Sequence[FrameStatistics]) -> list[Finding]:
     if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
         return [Finding("open", "warning", frame.number, reasons[frame.number]) for frame in affected]
     worst = max(affected, key=lambda frame: (frame.capped > LARGEST_CAPPED, frame.capped, -frame.compactness))
-    return [Finding("open", "warning", worst.number, f"{reasons[worst.number]}; in {len(affected)} of {len(frames)} frames, here the most")]
+    return [Finding("open", "warning", worst.number, f"{reasons[worst.number]}; in {len(affected)} of {len(frames)} frames, worst here")]
 
 
 def _inward(frame: FrameStatistics) -> float:
@@ -180,4 +181,4 @@ def _notes(frames: Sequence[FrameStatistics], kind: str, statistic: Statistic, t
     if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
         return [Finding(kind, "note", frame.number, message(frame)) for frame in affected]
     worst = max(affected, key=statistic)
-    return [Finding(kind, "note", worst.number, f"{message(worst)}; in {len(affected)} of {len(frames)} frames, here the most")]
+    return [Finding(kind, "note", worst.number, f"{message(worst)}; in {len(affected)} of {len(frames)} frames, worst here")]

@@ -219,7 +219,7 @@ def _warn_of_strays(frames: Frames, warn: Callable[[str], None]) -> None:
     affected = [index for index, one in enumerate(frames.statistics) if one.strays]
     if affected:
         first = frames.statistics[affected[0]]
-        more = f" (of {len(frames)} frames this holds for {len(affected)})" if len(affected) > 1 else ""
+        more = f" (and in {len(affected) - 1} more of {len(frames)} frames)" if len(affected) > 1 else ""
         warn(f"{frames.path(affected[0])}: {stray_note(first.strays, first.stray_place)}{more}")
 
 
@@ -231,4 +231,4 @@ def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
         worst = max(open_frames, key=lambda index: (frames.statistics[index].capped, -frames.statistics[index].compactness))
         reason = openness(frames.statistics[worst].capped, frames.statistics[worst].compactness)
         ranges = format_ranges(numbers[index] for index in open_frames)
-        warn(f"frame {numbers[worst]}: {reason} (of {len(numbers)} frames this holds for {len(open_frames)}: {ranges})")
+        warn(f"frame {numbers[worst]}: {reason} ({len(open_frames)} of {len(numbers)} frames: {ranges})")
