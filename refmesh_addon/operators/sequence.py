@@ -37,7 +37,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
     """Import a sequence of meshes, one file for each frame: pick any of the files, and the others are imported too"""
 
     bl_idname = "refmesh.import_sequence"
-    bl_label = "Mesh Sequence (RefMesh)"
+    bl_label = "Import Sequence"  # short enough for the button of the file browser
     bl_options = {"REGISTER", "UNDO"}
 
     filepath: StringProperty(

@@ -2,8 +2,8 @@
 
 from functools import lru_cache
 from pathlib import Path
-from textwrap import wrap
 
+import bpy
 import numpy as np
 
 from ..core.capture.scale import scale_note
@@ -13,9 +13,8 @@ from ..io.discovery import find_sequence
 from ..io.frame_range import format_ranges
 from ..io.sequence import Sequence
 from ..pipeline.process.reading import read_frame, read_surface_kind
-from ..properties.wording import for_window
+from ..properties.wording import draw_wrapped, for_window
 
-LINE_LENGTH = 48  # characters that fit into the sidebar of the file browser
 AUTOMATIC_READING = ("AUTO", "Automatic", "The number that runs through the names counts the frames")
 MAX_BYTES = 20_000_000  # of a file that is read while the file browser is drawn
 ICONS = ("SEQUENCE", "PREVIEW_RANGE", "BLANK1", "FILE_BLANK")  # of the lines of a summary
@@ -31,15 +30,9 @@ def draw_preview(layout, source: str, frames: str, unit: float):
         layout.label(text=format_meters(size, unit), icon="CON_SIZELIMIT")
         note = scale_note(unit * max(size))
         if note:
-            draw_wrapped(layout, note)
+            draw_wrapped(layout, note, bpy.context.region.width, icon="INFO")
     for note in sequence_notes(source, frames):
-        draw_wrapped(layout, note)
-
-
-def draw_wrapped(layout, note: str):
-    """A sentence in as many lines as it needs, as Blender's labels are cut off at the border."""
-    for number, line in enumerate(wrap(note, LINE_LENGTH)):
-        layout.label(text=line, icon="BLANK1" if number else "INFO")
+        draw_wrapped(layout, note, bpy.context.region.width, icon="INFO")
 
 
 @lru_cache(maxsize=8)

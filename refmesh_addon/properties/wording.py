@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import re
 import textwrap
+from bisect import bisect_right
 
+import blf
 import bpy
 
 from ..core.options import label_of, title, value_label
 from ..core.settings import flat_fields
 
-PIXELS_PER_LETTER = 6.2  # of Blender's default font at 72 dpi, on average
-MARGIN = 60  # pixels of a region that icons and borders take
+MARGIN = 84  # pixels of a region that tabs, icons and borders take, at a resolution scale of 1
+LEAST_WIDTH = 100  # pixels of a line, however narrow the region is
 OPTION = re.compile(r"--([a-z]+(?:-[a-z]+)*)(?: ([a-z_]+)\b)?")  # of the command line, with the choice that follows it
 _FIELDS = {item.name: item for item in flat_fields()}
 
@@ -44,9 +46,20 @@ def _label(option: re.Match) -> str:
 
 def draw_wrapped(layout, text: str, width: int, icon: str = "NONE") -> None:
     """Draws text on as many lines as a region of this width in pixels requires."""
-    letters = max(16, int((width - MARGIN) / (PIXELS_PER_LETTER * bpy.context.preferences.system.ui_scale)))
     column = layout.column(align=True)
     column.scale_y = 0.8
     indent = "BLANK1" if icon != "NONE" else "NONE"
-    for number, line in enumerate(textwrap.wrap(text, letters)):
+    scale = bpy.context.preferences.system.ui_scale or 1.0  # 0 in background mode
+    for number, line in enumerate(wrapped(text, max(width / scale - MARGIN, LEAST_WIDTH))):
         column.label(text=line, icon=indent if number else icon)
+
+
+def wrapped(text: str, width: float) -> list[str]:
+    """Lines in the font of the interface, none wider than `width` pixels at a resolution scale of 1; longer words are broken."""
+    blf.size(0, bpy.context.preferences.ui_styles[0].widget.points)
+    rest, lines = " ".join(text.split()), []
+    while rest:
+        letters = bisect_right(range(len(rest)), width, lo=1, key=lambda count: blf.dimensions(0, rest[: count + 1])[0])
+        lines.append(textwrap.wrap(rest, letters, break_on_hyphens=False)[0])
+        rest = rest[len(lines[-1]) :].lstrip()
+    return lines
