@@ -156,7 +156,7 @@ def cells(centers: np.ndarray, voxels: np.ndarray) -> Cells:
 
 
 def best_motions(weights: np.ndarray, source: np.ndarray, target: np.ndarray) -> Motions:
-    """Best rigid motion of each neighbourhood (Kabsch 1976), by singular value decomposition.
+    """Best rigid motion of each neighborhood (Kabsch 1976), by singular value decomposition.
 
     weights : (C, C).  source, target : (C, 3).
     """

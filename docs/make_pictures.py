@@ -82,7 +82,7 @@ def write_demo() -> None:
 
 
 def actors(out: Path, report: dict, frame: dict, index: int) -> list[tuple]:
-    """(mesh, colours or None, material's name and colour) of the four actors of a frame, turned to the camera."""
+    """(mesh, colors or None, material's name and color) of the four actors of a frame, turned to the camera."""
     with np.load(out / "centers.npz") as arrays:
         first, centers = arrays["positions"][0], arrays["positions"][index]
     group = next(group for group in report["groups"] if frame["number"] in group["frames"])
@@ -124,7 +124,7 @@ def draw(row: list[tuple], boxes: list[tuple[np.ndarray, np.ndarray]], target: P
 
 
 def show(scene: bpy.types.Scene, mesh: TriangleMesh, colors: np.ndarray | None, material: tuple) -> None:
-    """Adds a mesh in one colour, with its edges drawn, or in a colour for each of its equal parts."""
+    """Adds a mesh in one color, with its edges drawn, or in a color for each of its equal parts."""
     data = bpy.data.meshes.new(material[0])
     fill_mesh(data, mesh)
     if colors is None:

@@ -83,7 +83,7 @@ def decode(bpy, words: list[str]) -> int:
 
 
 def batch_job(bpy, arguments: dict) -> BatchJob:
-    """What to do for each take: this script again, with the options that belong to no single take or to the batch."""
+    """What to do for each take: this script again, without the options that belong to a single take or to the batch."""
     paths = [os.path.abspath(arguments[name]) for name in ("batch", "output")]
     own_mesh = [f"--mesh={os.path.abspath(arguments['mesh'])}"] if arguments.get("mesh") else []
     options = [*without_options(own_arguments(bpy), {"--batch": 1, "--output": 1, "--preview": 1, "--mesh": 1}), *own_mesh]

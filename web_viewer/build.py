@@ -2,7 +2,7 @@
 
 The script goes to refmesh_addon/io/web_page/viewer.js, beside the page that it belongs to; three.js (MIT) and the decoder of
 meshoptimizer that comes with it (MIT) are part of it, with their notices. Packages are those of package-lock.json, checked by
-their hashes. Nothing is done where the script is up to date. With --optional, a missing npm or network is told and is no failure.
+their hashes. Nothing is done where the script is up to date. With --optional, a missing npm or network is reported but is not a failure.
 Standard library only.
 """
 
@@ -31,7 +31,7 @@ WITHOUT = "--export web stays unavailable until 'make web-viewer' succeeds"
 def main() -> int:
     """Builds where something has changed; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--optional", action="store_true", help="a missing npm or network is no failure")
+    parser.add_argument("--optional", action="store_true", help="do not fail where npm or the network is missing")
     optional = parser.parse_args().optional
     if is_current():
         return 0

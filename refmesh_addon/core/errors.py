@@ -8,5 +8,5 @@ class RefMeshError(Exception):
     """
 
 
-class Cancelled(Exception):
+class Canceled(Exception):
     """Raised by a progress callback to stop the work between two steps."""

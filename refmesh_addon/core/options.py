@@ -56,7 +56,7 @@ def check_value(item: Field, value: object) -> None:
             raise RefMeshError(f"{flag} is '{value}': choose one of {', '.join(choices)}")
     elif isinstance(item.default, str):
         if not isinstance(value, str) or "\0" in value:
-            raise RefMeshError(f"{flag} is {value!r}: give a text")
+            raise RefMeshError(f"{flag} is {value!r}: give text")
     else:
         integer = isinstance(item.default, int)
         number = isinstance(value, int if integer else (int, float)) and not isinstance(value, bool)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-# Called with the share of the caller's work that is done, 0 to 1; may raise `Cancelled`.
+# Called with the share of the caller's work that is done, 0 to 1; may raise `Canceled`.
 Progress = Callable[[float], None]
 
 

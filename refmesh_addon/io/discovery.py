@@ -38,7 +38,7 @@ def find_sequence(source: str | Path, frames: str = "") -> Sequence:
     ranges = parse_ranges(frames)
     try:
         sequence = _sequence_of(str(source))
-    except (OSError, ValueError) as error:  # a name that no system takes, a folder that goes while it is read
+    except (OSError, ValueError) as error:  # a name that the system does not allow, a folder that is removed while it is read
         raise RefMeshError(f"{str(source)[:MOST_SHOWN]}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
     return _chosen(sequence, ranges) if ranges else sequence
 
@@ -182,7 +182,7 @@ def _build(numbers: dict[NumberedName, int], found: list[Reading], reason: _Reas
 
 
 def _check_encoding(path: Path) -> None:
-    """Raises RefMeshError for a name that is no Unicode, as some systems allow: neither Blender nor the report can hold it."""
+    """Raises RefMeshError for a name that is not Unicode, as some systems allow: neither Blender nor the report can hold it."""
     shown = str(path).encode("utf-8", "backslashreplace").decode("utf-8")
     if shown != str(path):
         raise RefMeshError(f"{shown}: its name is not valid Unicode; rename it")

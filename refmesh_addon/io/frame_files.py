@@ -37,7 +37,7 @@ def meshes_in_sibling_folders(path: Path) -> list[Path]:
 
 
 def files_matching(pattern: str) -> tuple[list[NumberedName], list[int]] | None:
-    """The meshes that a pattern stands for, and the number of each where it marks the frame with "#"; None for no pattern."""
+    """The meshes that a pattern stands for, and the number of each where it marks the frame with "#"; None if it is not a pattern."""
     marked = FRAME_MARK.search(pattern) is not None
     if not marked and not glob.has_magic(pattern):
         return None

@@ -23,7 +23,7 @@ COMPRESSIONS = {
 
 
 def check_glb(data: bytes) -> None:
-    """Raises ValueError, saying what is wrong, for a GLB that is damaged, compressed, or announces more than it holds."""
+    """Raises ValueError, saying what is wrong, for a GLB that is damaged, compressed, or declares more than it holds."""
     gltf = _gltf(data)
     used = [*_list(gltf, "extensionsRequired"), *_list(gltf, "extensionsUsed")]
     for extension, remedy in COMPRESSIONS.items():
@@ -35,7 +35,7 @@ def check_glb(data: bytes) -> None:
     for index, view in enumerate(_list(gltf, "bufferViews")):
         length = view.get("byteLength") if isinstance(view, dict) else None
         if not isinstance(length, int) or not 0 <= length <= len(data):
-            raise ValueError(f"bufferView {index} announces {length} bytes, the file has {len(data)}")
+            raise ValueError(f"bufferView {index} declares {length} bytes, the file has {len(data)}")
 
 
 def _gltf(data: bytes) -> dict:
@@ -46,7 +46,7 @@ def _gltf(data: bytes) -> dict:
     if magic != b"glTF" or kind != _JSON_CHUNK:
         raise ValueError("it has no glTF header; is it really a GLB file?")
     if length > len(data) or chunk > len(data) - _HEADER.size:
-        raise ValueError(f"it is truncated: its header announces {length} bytes, {len(data)} are there")
+        raise ValueError(f"it is truncated: its header declares {length} bytes, {len(data)} are there")
     text = data[_HEADER.size : _HEADER.size + chunk]
     if _depth(text) > MOST_NESTED:
         raise ValueError(f"its JSON is nested more than {MOST_NESTED} levels deep")
@@ -74,7 +74,7 @@ def _check_count(accessor: object, name: str, size: int) -> None:
     # One without a bufferView is all zeros, but a mesh that uses it has indices of that number, which take bytes.
     least = width if "bufferView" in accessor else 1
     if not isinstance(count, int) or not 0 <= count * least <= size:
-        raise ValueError(f"{name} announces {count} values of {width} bytes, more than the {size} bytes of the file hold")
+        raise ValueError(f"{name} declares {count} values of {width} bytes, more than the {size} bytes of the file hold")
 
 
 def _check_primitives(gltf: dict, size: int) -> None:

@@ -61,7 +61,7 @@ def decoded(data: bytes, name: str) -> np.ndarray:
 def check_pixels(pixels: int, size: int, name: str) -> None:
     """Raises RefMeshError, with `name`, for pictures of so many pixels in so many bytes: decoded, they would fill the memory."""
     if pixels > max(FREE_PIXELS, PIXELS_PER_BYTE * size):
-        raise RefMeshError(f"{name}: announces {pixels} pixels in {size} bytes, which is no picture of a capture; save it again")
+        raise RefMeshError(f"{name}: declares {pixels} pixels in {size} bytes, more than a picture of a capture would; save it again")
 
 
 def eight_bits(image) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Reads .npz files that may be damaged, or made to fill the memory: what they announce is held against their size before it is read."""
+"""Reads .npz files that may be damaged, or made to fill the memory: what they declare is held against their size before it is read."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DAMAGE = (
 
 
 def loaded_arrays(file: BinaryIO, names: Iterable[str] | None = None) -> dict[str, np.ndarray]:
-    """The arrays of an .npz, or those of some names. Raises ValueError when it is damaged, compressed or announces more than it holds.
+    """The arrays of an .npz, or those of some names. Raises ValueError when it is damaged, compressed or declares more than it holds.
 
     Every byte of a member is held against the archive's checksum of it. Memory stays below about twice the size of the file.
     """
@@ -56,12 +56,12 @@ def _check_sizes(members: Iterable[zipfile.ZipInfo], size: int) -> None:
     if any(member.compress_type != zipfile.ZIP_STORED for member in members):
         raise ValueError("it is compressed, which RefMesh never does")
     if sum(member.file_size for member in members) > size:
-        raise ValueError("it announces more than it holds")
+        raise ValueError("it declares more than it holds")
 
 
 def _array(data: bytes) -> np.ndarray:
     file = io.BytesIO(data)
     array = np.lib.format.read_array(file, allow_pickle=False)
     if file.tell() != len(data):
-        raise ValueError("an array announces less than it holds")
+        raise ValueError("an array declares less than it holds")
     return array

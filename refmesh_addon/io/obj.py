@@ -121,7 +121,7 @@ def _absolute(corners: np.ndarray, vertices_before: np.ndarray) -> np.ndarray:
 def _check_complete(ends_inside_line: bool, lines: list[bytes], vertices: int, corners: np.ndarray, faces: int) -> None:
     stated = _stated_faces(lines)
     if stated is not None and faces < stated:
-        raise ValueError(f"it is truncated: its header announces {stated} faces, {faces} are there")
+        raise ValueError(f"it is truncated: its header declares {stated} faces, {faces} are there")
     # Either sign alone occurs in intact files; a file truncated in the middle of its faces shows both.
     unused = vertices - len(np.unique(corners))
     if ends_inside_line and faces and unused > CUT_OFF_UNUSED * vertices:

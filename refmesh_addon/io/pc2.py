@@ -21,7 +21,7 @@ def write_pc2(path: str | Path, samples: Iterable[np.ndarray], points: int, coun
 
     samples : `count` arrays, each (points, 3), scene units; stored as float32.
     offset : (3,) that is subtracted from them before, as single precision is too coarse far from the origin.
-    Raises RefMeshError when the file cannot be written, ValueError when the samples are not as announced.
+    Raises RefMeshError when the file cannot be written, ValueError when the samples are not as declared.
     """
     with atomic_file(path) as file:
         file.write(_HEADER.pack(_MAGIC, _VERSION, points, _START, _RATE, count))

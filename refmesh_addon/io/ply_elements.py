@@ -1,6 +1,6 @@
 """All elements and properties of a PLY file, text or binary (Turk 1994).
 
-What a header announces is held against the bytes that are there before memory is taken for it.
+What a header declares is held against the bytes that are there before memory is taken for it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _TYPES = {
 }
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I"}  # types that the length of a list may have
 _HEADER = re.compile(rb"\s*ply[ \t]*(\r\n|\n|\r)(.*?)\bend_header[ \t]*\1", re.DOTALL)
-_CUT_OFF = "it is truncated: it holds less than its header announces"
+_CUT_OFF = "it is truncated: it holds less than its header declares"
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ def read_regular(path: str | Path) -> bytes:
 
 
 def read_json(path: str | Path) -> Any:
-    """What a JSON file holds. Raises OSError as `open_regular` does, and ValueError when it is no JSON or nested too deeply."""
+    """What a JSON file holds. Raises OSError as `open_regular` does, and ValueError when it is not JSON or nested too deeply."""
     try:
         return json.loads(read_regular(path))
     except RecursionError as error:

@@ -25,7 +25,7 @@ def parse_stl(data: bytes) -> ParsedMesh:
 
 
 def _stated(data: bytes) -> int | None:
-    """The triangles that a binary file announces; None for a text file. Many binary files begin with "solid" too."""
+    """The triangles that a binary file declares; None for a text file. Many binary files begin with "solid" too."""
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little") if len(data) >= _HEADER else -1
     text = data.lstrip()[:5].lower() == b"solid"
     complete = 0 <= count <= (len(data) - _HEADER) // _TRIANGLE.itemsize
@@ -39,11 +39,11 @@ def _binary(data: bytes) -> np.ndarray:
     length = _HEADER + count * _TRIANGLE.itemsize
     if length > len(data):
         raise ValueError(
-            f"its length does not match its header, which announces {count} triangles; is it really an STL file, or is it truncated?"
+            f"its length does not match its header, which declares {count} triangles; is it really an STL file, or is it truncated?"
         )
     rest = data[length:]
     if len(rest) >= _TRIANGLE.itemsize and rest.strip(b"\0 \r\n"):
-        raise ValueError(f"its length does not match its header: {len(rest)} bytes follow the {count} triangles that it announces")
+        raise ValueError(f"its length does not match its header: {len(rest)} bytes follow the {count} triangles that it declares")
     return np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].astype(np.float64)
 
 

@@ -1,7 +1,7 @@
 """The visibility of all vertices of a group in all of its frames as one gray picture, which Geometry Nodes look values up in.
 
 Frame after frame from the top, each in whole rows of WIDTH pixels, vertex after vertex. Written row by row, as PNG by zlib alone: a long
-take does not fit the memory, and the pipeline must not need a package for it.
+take does not fit in memory, and the pipeline must not need a package for it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def rows_per_frame(vertices: int) -> int:
 def write_visibility(path: str | Path, frames: Iterable[np.ndarray], vertices: int, count: int) -> None:
     """Writes `count` frames of (vertices,) values from 0 to 1, in 256 steps; `frames` is read one at a time.
 
-    Raises RefMeshError when the file cannot be written, ValueError when the frames are not as announced.
+    Raises RefMeshError when the file cannot be written, ValueError when the frames are not as declared.
     """
     rows = rows_per_frame(vertices)
     packer, written = zlib.compressobj(), 0

@@ -182,6 +182,6 @@ class JobOperator(ShowingOperator):
     def _succeeded(self, event) -> bool:
         if event.kind == "failed":
             raise RefMeshError(event.message)
-        if event.kind == "cancelled":
+        if event.kind == "canceled":
             self.report({"WARNING"}, "canceled; finished results are kept, and running the step again continues from there")
         return event.kind == "done"

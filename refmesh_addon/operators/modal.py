@@ -53,7 +53,7 @@ class ModalOperator:
 def over_progress(window: bpy.types.Window, x: int, y: int) -> bool:
     """Whether a place in a window, in pixels, is where progress is shown: in the status bar or in the RefMesh tab of a sidebar."""
     areas = window.screen.areas
-    if y < min(area.y for area in areas):  # the status bar is no area of the screen: it lies below all of them
+    if y < min(area.y for area in areas):  # the status bar is not an area of the screen: it lies below all of them
         return True
     sidebars = [region for area in areas if area.type == "VIEW_3D" for region in area.regions if region.type == "UI"]
     return any(_holds(region, x, y) and region.active_panel_category == TAB for region in sidebars)

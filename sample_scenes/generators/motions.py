@@ -81,7 +81,7 @@ def _turned_about_x(points: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Bend:
-    """The stretch of x from 0 to `length` rolled towards +z into an arc of `angle(time)` radians (below pi).
+    """The stretch of x from 0 to `length` rolled toward +z into an arc of `angle(time)` radians (below pi).
 
     Points with x below 0 stay, points beyond `length` follow rigidly. The line z = 0 keeps its length.
     """

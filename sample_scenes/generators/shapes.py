@@ -33,7 +33,7 @@ def block(center, half_sides, rounding: float) -> Field:
 
 
 def disc(radius: float, half_height: float, rounding: float) -> Field:
-    """A flat cylinder about the z axis with rounded rims, centred on the origin; radius and height include the rounding."""
+    """A flat cylinder about the z axis with rounded rims, centered on the origin; radius and height include the rounding."""
     core = np.array([radius - rounding, half_height - rounding])
 
     def field(points: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ def iso_surface(field: Field, center: np.ndarray, reach: float, cell: float, rng
     places, quads = _dual_quads(values)
     vertices = turn.apply(places * cell + corner) + center
     for _ in range(EVEN_ROUNDS):
-        vertices = _pulled_onto_surface(field, _means_of_neighbours(vertices, quads), cell)
+        vertices = _pulled_onto_surface(field, _means_of_neighbors(vertices, quads), cell)
     return TriangleMesh(vertices, split_quads(quads, vertices))
 
 
@@ -66,7 +66,7 @@ def _dual_quads(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return sums / np.bincount(owner)[:, None], np.searchsorted(keys, np.concatenate(quads))
 
 
-def _means_of_neighbours(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+def _means_of_neighbors(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     start, end = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
     links = coo_matrix((np.ones(len(start)), (start, end)), shape=(len(vertices),) * 2).tocsr()
     return links @ vertices / np.asarray(links.sum(axis=1))

@@ -73,7 +73,7 @@ def _made(output: Path) -> dict[str, tuple[str, int]]:
     return {path.stem.rpartition("-")[0]: (path.name, path.stat().st_mtime_ns) for path in cached}
 
 
-@pytest.mark.parametrize("starts, message", [("9", "'9' is no frame of the job; it has 6-8, 10-11"), ("six", "'six' is no frame")])
+@pytest.mark.parametrize("starts, message", [("9", "'9' is not a frame of the job, which has 6-8, 10-11"), ("six", "'six' is not a frame")])
 def test_groups_that_begin_nowhere_are_refused(ball, tmp_path, starts, message):
     with pytest.raises(RuntimeError, match=message):
         bpy.ops.refmesh.run_all(output=str(tmp_path / "out"), quiet=True, **TINY | {"group_starts": starts})

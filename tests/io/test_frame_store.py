@@ -140,7 +140,7 @@ def test_only_wanted_entries_stay(frames, output):
     assert list((output / PREVIEW_FOLDER).iterdir()) == entries[:1]
 
 
-def test_colors_count_towards_the_budget_and_are_read_anew_after_a_change(frames, output):
+def test_colors_count_toward_the_budget_and_are_read_anew_after_a_change(frames, output):
     read = []
 
     def colors(path: Path) -> SourceColors:

@@ -50,12 +50,12 @@ def test_counts_are_held_against_the_bytes(count, with_buffer):
         if not with_buffer:
             del gltf["accessors"][0]["bufferView"]
 
-    with pytest.raises(RefMeshError, match=r"accessor 0 announces .* more than the \d+ bytes of the file hold"):
+    with pytest.raises(RefMeshError, match=r"accessor 0 declares .* more than the \d+ bytes of the file hold"):
         parse_mesh(changed(change), "frame.glb")
 
 
 def test_views_are_held_against_the_bytes():
-    with pytest.raises(RefMeshError, match="bufferView 0 announces 1000000000 bytes"):
+    with pytest.raises(RefMeshError, match="bufferView 0 declares 1000000000 bytes"):
         parse_mesh(changed(lambda gltf: gltf["bufferViews"][0].update(byteLength=10**9)), "frame.glb")
 
 
@@ -86,7 +86,7 @@ def test_instances_are_all_there_up_to_a_limit(monkeypatch):
 
 
 def test_a_chunk_longer_than_the_file_is_refused():
-    with pytest.raises(ValueError, match="truncated: its header announces"):
+    with pytest.raises(ValueError, match="truncated: its header declares"):
         check_glb(BALL[:-10])
     with pytest.raises(ValueError, match="no glTF header"):
         check_glb(b"x" + BALL[1:])

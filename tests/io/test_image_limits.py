@@ -24,7 +24,7 @@ def png(side, mode="P"):
 @pytest.mark.parametrize("mode", ["1", "P", "L"])
 def test_a_picture_of_one_color_is_read_unless_it_would_fill_the_memory(mode):
     assert decoded(png(2048, mode), "a.png").shape == (2048, 2048, 3)
-    with pytest.raises(RefMeshError, match="^a.png: announces 225000000 pixels in [0-9]+ bytes"):
+    with pytest.raises(RefMeshError, match="^a.png: declares 225000000 pixels in [0-9]+ bytes"):
         decoded(png(15_000, mode), "a.png")
 
 

@@ -53,12 +53,12 @@ def test_members_that_share_their_bytes_are_refused():
     start, end, count = data.index(b"PK\1\2"), data.index(b"PK\5\6"), 16
     directory = b"".join(data[start:end].replace(b"a.npy", f"{index:x}.npy".encode()) for index in range(count))
     tail = data[end : end + 8] + struct.pack("<HHII", count, count, len(directory), start) + data[end + 20 :]
-    with pytest.raises(ValueError, match="announces more"):
+    with pytest.raises(ValueError, match="declares more"):
         loaded_arrays(io.BytesIO(data[:start] + directory + tail))
 
 
 @pytest.mark.parametrize("shape", [(10**12,), (2,), (3, 10**9)])
-def test_an_array_that_is_not_as_large_as_it_announces_is_refused(shape):
+def test_an_array_of_another_size_than_declared_is_refused(shape):
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": shape})
     with pytest.raises(ValueError):

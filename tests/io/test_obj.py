@@ -74,7 +74,7 @@ def test_indices_that_point_nowhere_stay_outside(index):
         (SQUARE + "f 1 2 3\nf 1 2", "line 6, the last, is a face with fewer than three corners: 'f 1 2'; is the file truncated"),
         (SQUARE + "f 1 2 x\n", "line 5 is not a face"),
         (SQUARE + "f 1 2 99999999999999999999\n", "line 5 is not a face"),
-        ("# number of triangles: 2\n" + SQUARE + "f 1 2 3\n", "truncated: its header announces 2 faces, 1 are there"),
+        ("# number of triangles: 2\n" + SQUARE + "f 1 2 3\n", "truncated: its header declares 2 faces, 1 are there"),
         (SQUARE + "v 5 5 5\nf 1 2 3\nf 1 3 4", "seems truncated: no face uses 1 of its 5 vertices"),
     ],
 )

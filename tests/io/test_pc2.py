@@ -42,7 +42,7 @@ def test_samples_are_taken_one_at_a_time(tmp_path):
 @pytest.mark.parametrize(
     ("points", "count", "message"), [(6, 4, r"sample 0 must be \(6, 3\)"), (7, 5, "count is 5, but 4"), (7, 3, "count is 3, but 4")]
 )
-def test_samples_that_are_not_as_announced_are_refused(tmp_path, points, count, message):
+def test_samples_that_are_not_as_declared_are_refused(tmp_path, points, count, message):
     with pytest.raises(ValueError, match=message):
         write_pc2(tmp_path / "a.pc2", iter(SAMPLES), points, count)
     assert not list(tmp_path.iterdir())

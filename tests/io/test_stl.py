@@ -44,5 +44,5 @@ def test_a_facet_without_three_vertices_is_refused():
 
 
 def test_a_count_is_held_against_the_bytes():
-    with pytest.raises(ValueError, match="announces 4294967295 triangles"):
+    with pytest.raises(ValueError, match="declares 4294967295 triangles"):
         parse_stl(bytes(80) + np.array([2**32 - 1], "<u4").tobytes() + bytes(50))

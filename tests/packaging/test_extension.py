@@ -70,7 +70,7 @@ def test_changelog_begins_with_the_version():
     assert re.findall(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)[0] == version
 
 
-def test_readme_names_the_licence_of_every_wheel():
+def test_readme_names_the_license_of_every_wheel():
     readme = (ROOT / "README.md").read_text()
     for lock in (ROOT / "extension").glob("*.txt"):
         for name in re.findall(r"^([a-z0-9-]+)==", lock.read_text(), flags=re.MULTILINE):

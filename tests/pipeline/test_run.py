@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.errors import Cancelled
+from refmesh_addon.core.errors import Canceled
 from refmesh_addon.core.geometry.mesh import is_watertight
 from refmesh_addon.core.settings import Settings
 from refmesh_addon.io.meshes import read_mesh
@@ -101,7 +101,7 @@ def stop_at(stage, count):
     def notify(reported, *_):
         seen.append(reported)
         if seen.count(stage) == count:
-            raise Cancelled
+            raise Canceled
 
     return notify
 
@@ -110,7 +110,7 @@ def test_a_run_stopped_again_and_again_ends_with_the_same_bytes(finished, two_ba
     """Stopped before its first frame, after some frames, and within each later stage."""
     left = {}
     for stage, count in [("tracking", 2), ("tracking", 6), ("reference", 3), ("deformation", 3), ("evaluation", 3)]:
-        with pytest.raises(Cancelled):
+        with pytest.raises(Canceled):
             finish(two_balls, tmp_path, stop_at(stage, count))
         assert not list(tmp_path.rglob("*.refmesh-partial"))
         entries = cache_entries(tmp_path)
@@ -186,7 +186,7 @@ def test_the_report_is_plain_json(finished):
 
 
 def test_material_points_travel_with_their_body(finished):
-    """The balls move by a tenth of their radius towards each other from frame to frame, and so does every vertex."""
+    """The balls move by a tenth of their radius toward each other from frame to frame, and so does every vertex."""
     frames = [read_mesh(finished / frame["deformed"]).vertices for frame in report(finished)["frames"]]
     side = np.sign(frames[0][:, :1])
     for step in (1, 2):

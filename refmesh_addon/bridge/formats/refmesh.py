@@ -34,8 +34,8 @@ class StreamOptions:
             "near_lossless": "All triangles, errors below 0.01 % of the size",
         },
     )
-    triangles: int = option(0, "Greatest number of triangles; 0 takes that of the quality", low=0, high=10_000_000)
-    texture: int = option(0, "Greatest side of textures in a folder beside the file, pixels; 0 writes none", low=0, high=8192)
+    triangles: int = option(0, "Maximum number of triangles; 0 takes that of the quality", low=0, high=10_000_000)
+    texture: int = option(0, "Maximum side of textures in a folder beside the file, pixels; 0 writes none", low=0, high=8192)
 
 
 def unavailable() -> str:

@@ -37,7 +37,7 @@ class SmallOptions:
     )
     error: float = option(0.0, "Small files: RMS distance from the frames, % of the diagonal; 0 takes the quality's", low=0.0, high=5.0)
     colors: bool = option(True, "Small files: with the steady texture or the colors of vertices")
-    texture: int = option(0, "Small files: greatest side of a texture, pixels; 0 takes the quality's", low=0, high=8192)
+    texture: int = option(0, "Small files: maximum side of a texture, pixels; 0 takes the quality's", low=0, high=8192)
 
 
 QUALITIES = {"small": (1e-3, 512), "balanced": (5e-4, 1024), "near_lossless": (1e-4, 4096)}  # error, side of the texture

@@ -28,8 +28,8 @@ class VatOptions:
             "row": "A row for each frame, normals below the positions, as OpenVAT's shaders for Godot expect them; at most 8192 vertices",
         },
     )
-    triangles: int = option(0, "Greatest number of triangles; 0 keeps all", low=0, high=10_000_000)
-    texture: int = option(1024, "Greatest side of the color texture, pixels; 0 leaves it out", low=0, high=8192)
+    triangles: int = option(0, "Maximum number of triangles; 0 keeps all", low=0, high=10_000_000)
+    texture: int = option(1024, "Maximum side of the color texture, pixels; 0 leaves it out", low=0, high=8192)
 
 
 def write(export: Export) -> list[Path]:

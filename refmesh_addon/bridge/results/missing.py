@@ -30,6 +30,6 @@ def linked_note(owner: bpy.types.Object) -> str:
     if library is None:
         return ""
     return (
-        f"linked from {library.filepath}: the result plays here, the source shows frame {owner.refmesh.shown} only, since Blender lets "
-        "no add-on change linked meshes; open that file to change it or to play the source"
+        f"linked from {library.filepath}: the result plays here, the source shows frame {owner.refmesh.shown} only, because Blender "
+        "does not let add-ons change linked meshes; open that file to change it or to play the source"
     )

@@ -25,7 +25,7 @@ FRAYED = 2  # rings of triangles that a strip or a spike at the border is thinne
 
 @dataclass(frozen=True)
 class Artifacts(FrozenArrays):
-    """Which triangles are no surface, (T,) bool each; none is marked twice."""
+    """Which triangles are not surface, (T,) bool each; none is marked twice."""
 
     skirts: np.ndarray
     flying: np.ndarray

@@ -31,7 +31,7 @@ def turned_pieces(mesh: TriangleMesh) -> np.ndarray:
 
 
 def _agreeing(sums: np.ndarray) -> np.ndarray:
-    """(N,) of 1 and -1 that turn (N, 3) vectors into one half-space as well as possible: towards the axis that they scatter along most."""
+    """(N,) of 1 and -1 that turn (N, 3) vectors into one half-space as well as possible: toward the axis that they scatter along most."""
     axis = np.linalg.eigh(sums.T @ sums)[1][:, -1]
     signs = np.where(sums @ axis < 0, -1.0, 1.0)
     for _ in range(ROUNDS):

@@ -28,7 +28,7 @@ LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
 class Camera:
     """An orthographic camera with a square picture.
 
-    turn : world to view; x right, y up, z towards the camera.  center : (3,) scene units.  scale : pixels per scene unit.
+    turn : world to view; x right, y up, z toward the camera.  center : (3,) scene units.  scale : pixels per scene unit.
     """
 
     turn: Rotation

@@ -144,7 +144,7 @@ def _distinct(corners: Iterable[int]) -> list[int]:
 
 def _new_vertex(region: Region, count: int) -> int:
     if len(region.counts) >= count:
-        raise ValueError("there are more vertices than announced")
+        raise ValueError("there are more vertices than declared")
     region.counts.append(0)
     return len(region.counts) - 1
 

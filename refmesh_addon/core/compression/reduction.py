@@ -23,7 +23,7 @@ from .hierarchy import neighbors
 
 POINTS = np.vstack([np.full((1, 3), 1 / 3), np.full((3, 3), 1 / 6) + np.eye(3) / 2])  # where the points lie in a triangle
 STIFFNESS = 1e-3  # of the reduced mesh against being moved unevenly, in mean weights of its vertices
-FLOOR = 1e-6  # of the stiffness, for vertices that no point and no neighbor holds
+FLOOR = 1e-6  # of the stiffness, for vertices that neither a point nor a neighbor holds in place
 
 
 @dataclass(frozen=True)

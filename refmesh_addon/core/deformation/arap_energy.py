@@ -5,7 +5,7 @@ Of positions p' and one rotation R_i for each vertex, against the rest positions
     sum over i, j in N(i):  w_ij |(p'_i - p'_j) - R_i (p_i - p_j)|^2  +  alpha A |R_i - R_j|^2
     + sum over constraints: weight_k |b_k p' - target_k|^2            (soft; fixed vertices are met exactly; with a normal n_k only
                                                                        the distance along it counts: point to plane)
-    + sum over vertices: start_weight_i |p'_i - start_i|^2            (pull towards the start; see `ArapSystem`)
+    + sum over vertices: start_weight_i |p'_i - start_i|^2            (pull toward the start; see `ArapSystem`)
 
 w are cotangent weights, A is the surface area and alpha the smoothness: both terms are areas, so the balance does not
 depend on the scale, and since |R_i - R_j|^2 shrinks like the squared edge length while the number of edges grows, it

@@ -17,7 +17,7 @@ from ..types import FrozenArrays
 from .arap_energy import ArapEnergy, RestShape
 from .conjugate_gradients import conjugate_gradients
 
-# Pull towards the start of components without constraints: it decides where they lie and must not decide their shape.
+# Pull toward the start of components without constraints: it decides where they lie and must not decide their shape.
 UNCONSTRAINED_WEIGHT = 1e-3
 
 
@@ -57,7 +57,7 @@ class Targets:
 
     points : (K, 3).  fixed : (H, 3) of the fixed vertices, or None where there are none.
     normals : (K, 3) unit normals of planes through the targets, in which the points may slide; None for plain points.
-    plane_steps : steps of conjugate gradients towards the planes in each global step.
+    plane_steps : steps of conjugate gradients toward the planes in each global step.
     """
 
     points: np.ndarray
@@ -146,15 +146,15 @@ class _State:
         self.transposed = self.system.energy.smooth_rotations.lowered(self.transposed, self.covariance)
 
     def global_step(self) -> None:
-        """The positions that minimize the energy for these rotations; with planes, some steps towards them."""
+        """The positions that minimize the energy for these rotations; with planes, some steps toward them."""
         free = self.system.free
         right_side = (self.rest.right_side @ self.transposed.reshape(-1, 3))[free] + self.constant
         if self.normals is None:
             self.positions[free] = self.system.factor.solve(right_side + (self.system.pull @ self.targets)[free])
         else:
-            self.positions[free] = self._towards_planes(right_side, self.normals)
+            self.positions[free] = self._toward_planes(right_side, self.normals)
 
-    def _towards_planes(self, right_side: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    def _toward_planes(self, right_side: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Positions of the free vertices. The system for points is the preconditioner: it is factorized, and it bounds that for planes,
         because the distance to a plane is never more than that to a point of it.
         """

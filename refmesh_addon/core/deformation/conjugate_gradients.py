@@ -10,7 +10,7 @@ Linear = Callable[[np.ndarray], np.ndarray]  # (N, 3) -> (N, 3)
 
 
 def conjugate_gradients(product: Linear, precondition: Linear, x: np.ndarray, residual: np.ndarray, steps: int) -> np.ndarray:
-    """(N, 3) x after so many steps towards the solution of A x = b.
+    """(N, 3) x after so many steps toward the solution of A x = b.
 
     product : A times a vector, A symmetric positive definite.  precondition : the inverse of a matrix near A times a vector.
     residual : b - A x at the start. Ends early where the residual is zero.

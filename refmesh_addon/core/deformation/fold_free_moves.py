@@ -1,4 +1,4 @@
-"""Moves vertices towards goals as far as no triangle folds over."""
+"""Moves vertices toward goals as far as no triangle folds over."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ PARTIAL_MOVES, PARTIAL_SHARE = 5, 0.5  # attempts of vertices that cannot go all
 
 
 def moved_without_folds(facing: Facing, vertices: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """(R, 3) vertices moved to (R, 3) goals, or towards them as far as that folds no triangle that is not folded already."""
+    """(R, 3) vertices moved to (R, 3) goals, or toward them as far as that folds no triangle that is not folded already."""
     if np.array_equal(vertices, goal):
         return vertices
     folded = facing.folded(vertices)

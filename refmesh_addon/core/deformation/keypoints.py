@@ -16,9 +16,9 @@ from ..geometry.mesh import vertex_areas
 from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 
-BLOCK_PAIRS = 1 << 21  # neighbour pairs held at once: bounds the memory to some 100 MB
+BLOCK_PAIRS = 1 << 21  # neighbor pairs held at once: bounds the memory to some 100 MB
 SAMPLED = 50  # every so many points tell how many pairs there are
-NEAREST = 8  # neighbours that are asked first whether one of them is more salient
+NEAREST = 8  # neighbors that are asked first whether one of them is more salient
 # Vertices of a mesh with edges of the unit of the radii have this area each, in squares of the unit. Above so many times as many, their
 # pairs, which grow with the square, tell nothing more.
 USUAL_AREA = np.sqrt(0.75)
@@ -29,17 +29,17 @@ DENSE = 4.0
 class KeypointSettings:
     """Radii are multiples of the length given to `find_keypoints`.
 
-    salient : radius of the neighbourhood whose shape decides.
+    salient : radius of the neighborhood whose shape decides.
     suppression : radius in which only the most salient point stays.
     flatness : largest ratio of the second to the first and of the third to the second eigenvalue (0.975 published).
-    least_neighbours : points with fewer neighbours are left out.
+    least_neighbors : points with fewer neighbors are left out.
     variation : least surface variation (Pauly et al. 2002), the smallest eigenvalue over the sum of the three: 0 on a plane, at most 1/3.
     """
 
     salient: float = 4.0
     suppression: float = 3.0
     flatness: float = 0.975
-    least_neighbours: int = 5
+    least_neighbors: int = 5
     variation: float = 0.0
 
 
@@ -54,7 +54,7 @@ def find_keypoints(mesh: TriangleMesh, length: float, settings: KeypointSettings
     mesh : coincident vertices merged.
     length : the unit of the radii, scene units: mean edge length or center spacing; the same for meshes to be compared.
 
-    Returns (K,) int64 indices of vertices, ascending. Zhong weighs a point by one over its number of neighbours, which
+    Returns (K,) int64 indices of vertices, ascending. Zhong weighs a point by one over its number of neighbors, which
     estimates the area it stands for; a mesh knows that area. Measured on remeshed bodies, areas repeat more key points.
     Raises ValueError for a length that is not above 0.
     """
@@ -68,7 +68,7 @@ def find_keypoints(mesh: TriangleMesh, length: float, settings: KeypointSettings
     large, middle, small = spectra.T
     distinct = (middle < settings.flatness * large) & (small < settings.flatness * middle)
     featured = np.maximum(small, 0.0) >= settings.variation * spectra.sum(axis=1)  # rounding leaves planes a little below zero
-    eligible = np.flatnonzero(distinct & featured & (counts > settings.least_neighbours))
+    eligible = np.flatnonzero(distinct & featured & (counts > settings.least_neighbors))
     return chosen[eligible[_local_maxima(points[eligible], small[eligible], settings.suppression * length)]]
 
 
@@ -89,19 +89,19 @@ def _thinned(mesh: TriangleMesh, length: float) -> tuple[np.ndarray, np.ndarray]
 
 
 def scatter_spectra(points: np.ndarray, weights: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of the weighted scatter matrix of the neighbours of each of (N, 3) points, about the point itself.
+    """Eigenvalues of the weighted scatter matrix of the neighbors of each of (N, 3) points, about the point itself.
 
     weights : (N,), at least 0, any unit.
 
     Returns the eigenvalues, largest first (N, 3), scene units squared, and the (N,) number of points in reach, the point itself included.
     """
-    centred = points - points.mean(axis=0)  # differences of squares keep their digits far from the origin
-    squares = (centred[:, :, None] * centred[:, None, :]).reshape(-1, 9)
-    moments = np.column_stack([np.ones(len(points)), centred, squares]) * weights[:, None]
-    sums = _ball_sums(centred, np.column_stack([np.ones(len(points)), moments]), radius)
+    centered = points - points.mean(axis=0)  # differences of squares keep their digits far from the origin
+    squares = (centered[:, :, None] * centered[:, None, :]).reshape(-1, 9)
+    moments = np.column_stack([np.ones(len(points)), centered, squares]) * weights[:, None]
+    sums = _ball_sums(centered, np.column_stack([np.ones(len(points)), moments]), radius)
     counts, total, first, second = np.split(sums, [1, 2, 5], axis=1)
-    cross = first[:, :, None] * centred[:, None, :]
-    scatter = second.reshape(-1, 3, 3) - cross - cross.transpose(0, 2, 1) + total[:, :, None] * centred[:, :, None] * centred[:, None, :]
+    cross = first[:, :, None] * centered[:, None, :]
+    scatter = second.reshape(-1, 3, 3) - cross - cross.transpose(0, 2, 1) + total[:, :, None] * centered[:, :, None] * centered[:, None, :]
     return np.linalg.eigvalsh(scatter / np.maximum(total[:, :, None], TINY))[:, ::-1], np.rint(counts[:, 0]).astype(np.int64)
 
 

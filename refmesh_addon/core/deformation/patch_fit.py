@@ -11,7 +11,7 @@ from ..geometry.rotations import closest_rotations
 from .patches import Patches
 
 BLOCK_ENTRIES = 1 << 19  # distances between two points held at once: bounds the memory to some 30 MB
-ROUNDS = 8  # nearest neighbours, then the best rotation; later rounds hardly change it
+ROUNDS = 8  # nearest neighbors, then the best rotation; later rounds hardly change it
 
 
 def fit_patches(
@@ -21,7 +21,7 @@ def fit_patches(
 
     pairs : (N,) reference and (N,) frame key points.  starts : (N, 3, 3) first rotations.
 
-    Returns the smallest error met in a few rounds of nearest neighbours and best rotation (N,), shares of the radius, and the
+    Returns the smallest error met in a few rounds of nearest neighbors and best rotation (N,), shares of the radius, and the
     rotation that has it (N, 3, 3).
     """
     rows, columns = pairs

@@ -12,7 +12,7 @@ from ..types import FrozenArrays, TriangleMesh
 
 PATCH_POINTS = 128  # finer sampling tells little more, and the cost is quadratic
 PATCH_RADIUS = 12.0  # of the length that the key points were detected with; smaller ones mistake one limb for another
-BLOCK_ENTRIES = 1 << 15  # padded neighbours held at once: small enough for the processor's cache
+BLOCK_ENTRIES = 1 << 15  # padded neighbors held at once: small enough for the processor's cache
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def surface_patches(mesh: TriangleMesh, keypoints: np.ndarray, radius: float, co
 
 
 def _padded(lists: np.ndarray, keypoints: np.ndarray) -> np.ndarray:
-    """Neighbour lists as one (K, P) array, the key point first and again where a list is shorter."""
+    """Neighbor lists as one (K, P) array, the key point first and again where a list is shorter."""
     longest = max(map(len, lists))
     return np.array([[own, *near, *[own] * (longest - len(near))] for own, near in zip(keypoints, lists, strict=True)])
 

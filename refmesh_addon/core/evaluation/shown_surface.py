@@ -20,7 +20,7 @@ NEAR, FAR = 0.75, 1.5
 INSIDE, OUTSIDE = 0.25, 1.0
 SPANNING = 1.5  # distance of a triangle's centroid, in the same unit, from which on its corners are not shown; half at 1
 FACING = 0.2  # least cosine between the normals of both: what is seen edge on is still seen
-BLENDING = 2  # steps in which the visibility fades towards what is not shown; nothing gains by it
+BLENDING = 2  # steps in which the visibility fades toward what is not shown; nothing gains by it
 SHOWN = 0.5  # visibility from which on a vertex counts as shown
 
 

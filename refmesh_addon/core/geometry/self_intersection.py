@@ -16,7 +16,7 @@ BLOCK = 20_000  # edges tested at a time, which bounds the memory
 
 
 def crossing_triangles(mesh: TriangleMesh) -> np.ndarray:
-    """(T,) bool, whether a triangle crosses another one; sharing a vertex or an edge is no crossing.
+    """(T,) bool, whether a triangle crosses another one; sharing a vertex or an edge does not count.
 
     Two triangles cross where an edge of one pierces the other. Edges are not tested against triangles that share a vertex with them.
     """

@@ -97,7 +97,7 @@ def _pull(mesh: TriangleMesh, frame: FrameMap, anchor: AnchorFrame, rigidity: fl
 
 
 def _detailed(overlap: _Overlap, frame: FrameMap, anchor: AnchorFrame) -> TriangleMesh:
-    """The mapped frame with each vertex moved along its normal towards its partner's tangent plane, smoothly up to a tear."""
+    """The mapped frame with each vertex moved along its normal toward its partner's tangent plane, smoothly up to a tear."""
     mesh = overlap.mesh
     surface = TriangleMesh(mesh.vertices, mesh.triangles[overlap.whole])
     matched, normals, gap = _gaps(mesh.vertices, vertex_normals(surface), frame.spacing, anchor)

@@ -16,7 +16,7 @@ TOLERANCE = 1e-4  # share of the residual at which conjugate gradients end: a fe
 
 
 def moved_along_normals(surface: TriangleMesh, chosen: np.ndarray, targets: np.ndarray, extent: float) -> np.ndarray:
-    """(V, 3) vertices moved along their normals towards targets.
+    """(V, 3) vertices moved along their normals toward targets.
 
     chosen : (N,) vertices that have a target.  targets : (N, 3).  extent : detail finer than this, in scene units, is smoothed away.
     The offsets h minimize the integral of (h - gap)^2 where there is a target, plus extent^2 |grad h|^2 everywhere: where

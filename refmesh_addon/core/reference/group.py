@@ -110,7 +110,7 @@ def place_centers(
     affinity = within_bodies(within_bodies(affinity, bodies_of(reference.positions, weights)), bodies)
     placed = reference.positions
     if settings.mapping == "affinity":  # the spline cannot tear: with bodies separated it would smear over a wider gap
-        # Within a group any affinity joins: a limb that bends sharply against the anchor frame is no body of its own.
+        # Within a group any affinity joins: a limb that bends sharply against the anchor frame is not a body of its own.
         placed = separated(placed, bodies_of(placed, affinity, joined=0.0), spacing)
     return GroupCenters(placed, affinity, spacing, reference.anchor, reference.stress)
 

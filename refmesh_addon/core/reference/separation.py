@@ -17,7 +17,7 @@ MIN_GAP = 12.0
 # Affinity that joins two centers to one body. In all sequences tried the weakest link of a limb or a cloth has more than 0.5, the
 # strongest that remains between bodies that have been apart less than 0.05.
 JOINED = 0.1
-MIN_BODY = 20  # centers; fewer are no body but isolated centers, which count with the nearest body
+MIN_BODY = 20  # centers; fewer are isolated centers rather than a body, and count with the nearest one
 MAX_ROUNDS = 50  # of pushing pairs of bodies, which may run into a third
 TIE_BREAK = 1e-9  # weight of the direction between centroids against that of the nearest pairs
 ROUNDING = 1e-6  # share of the gap by which bodies that were pushed apart may miss it

@@ -15,7 +15,7 @@ from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 from .sparse_grid import CORNERS, SparseGrid
 
-NEWTON_STEPS = 2  # towards the zero set, from which vertices start a fraction of a cell away
+NEWTON_STEPS = 2  # toward the zero set, from which vertices start a fraction of a cell away
 MARGIN = 0.02  # cells: least distance of a vertex from the faces of its cell
 MOST_CUTS = 20  # rounds of cuts, each of which may expose another bridge; two or three are enough
 CUT = 0.01  # value that puts a node outside, as a share of the largest on its face
@@ -80,7 +80,7 @@ def _crossed_edges(grid: SparseGrid, inside: np.ndarray, axis: int) -> tuple[np.
 
 
 def _newton_step(grid: SparseGrid, values: np.ndarray, cells: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """(V, 3) Newton step along the gradient towards the zero set, in cells, from (V, 3) local coordinates in cells of (V,) indices."""
+    """(V, 3) Newton step along the gradient toward the zero set, in cells, from (V, 3) local coordinates in cells of (V,) indices."""
     value, gradient = grid.value_and_gradient(values, cells, local)
     return -value[:, None] * gradient / np.maximum((gradient**2).sum(axis=1, keepdims=True), TINY)
 

@@ -75,7 +75,7 @@ def smoothly_capped(mesh: TriangleMesh) -> CappedMesh:
 
 
 def _loop(rim: np.ndarray) -> np.ndarray | None:
-    """(N,) vertices of a rim against the direction of its (N, 2) edges, as its cap has them; None where it is no simple loop."""
+    """(N,) vertices of a rim against the direction of its (N, 2) edges, as its cap has them; None where it is not a simple loop."""
     following = dict(rim.tolist())
     if len(following) < len(rim) or len(set(following.values())) < len(rim) or not 3 <= len(rim) <= MOST_CORNERS:
         return None

@@ -46,7 +46,7 @@ class Take:
             "Runs of frames": f"{len(self.runs)}",
             "File": f"{size / 1e3:.0f} kB",
             "Rate": f"{8e-6 * size * self.frame_rate / count:.2f} Mbit/s",
-            "Greatest error": f"{100 * max(run.error for run in self.runs):.2g} % of the diagonal (RMS)",
+            "Largest error": f"{100 * max(run.error for run in self.runs):.2g} % of the diagonal (RMS)",
         }
 
 

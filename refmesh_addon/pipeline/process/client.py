@@ -18,7 +18,7 @@ from .environment import python_command, worker_environment
 from .events import Event
 
 WORKER_MODULE = "refmesh_addon.pipeline.process.worker"
-# Seconds that a worker may take to stop by itself, so that a cancelled job is gone within one second even where the window is
+# Seconds that a worker may take to stop by itself, so that a canceled job is gone within one second even where the window is
 # slow to draw and notices the key late. Killing it loses no more than its own stop at the next progress step would: all its
 # files are whole or absent at any time.
 CANCEL_GRACE = 0.3
@@ -38,7 +38,7 @@ class WorkerProcess:
     def __init__(self, spec: JobSpec, low_priority: bool = False):
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._last_lines: deque[str] = deque(maxlen=STDERR_LINES)
-        self._cancelled_at: float | None = None
+        self._canceled_at: float | None = None
         self._ended_at: float | None = None
         self._final: Event | None = None
         self._delivered = False
@@ -89,8 +89,8 @@ class WorkerProcess:
 
     def cancel(self) -> None:
         """Asks a running worker to stop; a later `poll` kills it if it does not within a grace period."""
-        if self.running and self._cancelled_at is None:
-            self._cancelled_at = time.monotonic()
+        if self.running and self._canceled_at is None:
+            self._canceled_at = time.monotonic()
             with contextlib.suppress(OSError):  # it ended by itself
                 self._process.stdin.write(b"cancel\n")
                 self._process.stdin.flush()
@@ -104,7 +104,7 @@ class WorkerProcess:
         return overdue or not any(reader.is_alive() for reader in self._readers)
 
     def _enforce_cancel(self) -> None:
-        overdue = self._cancelled_at is not None and time.monotonic() - self._cancelled_at > CANCEL_GRACE
+        overdue = self._canceled_at is not None and time.monotonic() - self._canceled_at > CANCEL_GRACE
         if overdue and self._process.poll() is None:
             _kill(self._process)
 
@@ -122,8 +122,8 @@ class WorkerProcess:
                     self._last_lines.append(line.decode("utf-8", "replace").strip())
 
     def _event_of_a_crash(self) -> Event:
-        if self._cancelled_at is not None:
-            return Event("cancelled")
+        if self._canceled_at is not None:
+            return Event("canceled")
         reason = " | ".join(self._last_lines) or "it left no message"
         if os.name != "nt" and self._process.returncode == -signal.SIGKILL:
             reason = "the system ended it, as it does when memory runs out; take a lower resolution or fewer frames"

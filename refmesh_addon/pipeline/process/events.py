@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, fields
 
-FINAL_KINDS = ("done", "failed", "cancelled")
+FINAL_KINDS = ("done", "failed", "canceled")
 
 
 @dataclass(frozen=True)
 class Event:
-    """kind : "progress", "warning", "group", or how the job ended: "done", "failed", "cancelled".
+    """kind : "progress", "warning", "group", or how the job ended: "done", "failed", "canceled".
 
     message : one line for a person; for a group, its index: it can be shown now.
     share : of the whole job, 0 to 1.  left : seconds until it is done, None where nothing is known.
-    frame : number of the frame that is worked on, None where it is no single one.
+    frame : number of the frame that is worked on, None where there are several.
     """
 
     kind: str

@@ -84,7 +84,7 @@ class Forecast:
 
     @property
     def share(self) -> float:
-        """Share of the work of this run that is done; never falls. What an earlier run has done is no work of this one."""
+        """Share of the work of this run that is done; never falls. What an earlier run has done does not count."""
         worked, remaining = self._worked - self._pass_worked, self._remaining()
         done = worked / (worked + remaining) if worked + remaining > 0 else 1.0
         self._share = max(self._share, self._pass_share + (1.0 - self._pass_share) * self._limit * done)

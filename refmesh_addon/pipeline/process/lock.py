@@ -92,7 +92,7 @@ def _open_no_link(path: str, flags: int) -> int:
     descriptor = os.open(path, flags | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
     if os.path.islink(path) or not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise OSError(errno.EINVAL, "it is no regular file")
+        raise OSError(errno.EINVAL, "it is not a regular file")
     return descriptor
 
 
@@ -101,7 +101,7 @@ def _check_content(path: Path) -> None:
     with open(path, "rb") as file:
         content = file.read(_LONGEST_ID + 1)
     if content and not (content.isdigit() and len(content) <= _LONGEST_ID):
-        raise RefMeshError(f"{path}: is no lock file of RefMesh; move it away or choose another output folder")
+        raise RefMeshError(f"{path}: is not a RefMesh lock file; move it away or choose another output folder")
 
 
 def _holder_id(path: Path) -> str:

@@ -95,7 +95,7 @@ def answer(line: str) -> tuple[dict[str, object], bytes]:
 def main() -> None:
     """Answers requests until there is nobody to ask, or nothing is asked for some time."""
     replies = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what libraries print is no answer
+    os.dup2(2, 1)  # what libraries print is not part of the answer
     _limit_memory()
     while line := _next_line():  # ends with the parent, at the end of its pipe
         head, data = answer(line)

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TextIO
 
-from ...core.errors import Cancelled, RefMeshError
+from ...core.errors import Canceled, RefMeshError
 from ...io.files import atomic_file
 from ..session.job import CACHE_FOLDER, JobSpec
 from ..session.job_input import job_sequence
@@ -32,7 +32,7 @@ ORPHAN_GRACE = 10.0  # seconds that a job whose parent is gone may take to reach
 
 
 class Reporter:
-    """Turns the progress of the pipeline into events, and a request to cancel into `Cancelled`."""
+    """Turns the progress of the pipeline into events, and a request to cancel into `Canceled`."""
 
     def __init__(self, forecast: Forecast, send: Callable[[Event], None]):
         self.forecast = forecast
@@ -44,10 +44,10 @@ class Reporter:
     def progress(self, stage: str, frame: int | None, share: float, skipped: bool = False) -> None:
         """share : of this stage, 0 to 1.  skipped : reached by results of an earlier run.
 
-        Raises Cancelled once the parent has cancelled the job.
+        Raises Canceled once the parent has canceled the job.
         """
         if self.cancel.is_set():
-            raise Cancelled
+            raise Canceled
         self.forecast.advance(stage, share, skipped)
         now = time.monotonic()
         if stage != self.stage or now - self._last_sent >= EVENT_INTERVAL:
@@ -101,8 +101,8 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
 
             run(spec, reporter.progress, reporter.warn, sequence=sequence, group_ready=reporter.group_ready)
             reporter.forecast.end()
-    except Cancelled:
-        return Event("cancelled", stage=reporter.stage)
+    except Canceled:
+        return Event("canceled", stage=reporter.stage)
     except RefMeshError as error:
         return Event("failed", _one_line(error), stage=reporter.stage)
     except MemoryError:

@@ -1,7 +1,7 @@
 """How every stage does its work: independent units, computed on all cores, with each result kept in the cache.
 
 A stage gives its units, a function that computes one, and the type of its results. Results of earlier runs are not computed
-again, and each new one is saved at once, so that a job that was cancelled or killed continues where it stopped.
+again, and each new one is saved at once, so that a job that was canceled or killed continues where it stopped.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class WorkUnit:
     entry : name of its result in the cache.  key : digest of all that the result depends on.
     arguments : gives the arguments of the stage's function by value: arrays, numbers, texts and dataclasses of these. It is called
     when a process is about to be free, so that those of a long take are never in memory together.
-    frame : number of the frame that progress names, None where it is no single frame.  subject : what an error names, such as a file.
+    frame : number of the frame that progress names, None where there are several.  subject : what an error names, such as a file.
     """
 
     entry: str

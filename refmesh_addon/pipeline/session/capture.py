@@ -90,7 +90,7 @@ def capture_sequence(
             failed(index, error)
     try:
         files = cached_map(session, capture, units, CapturedFile, share, failed)
-    finally:  # also for what is done when the job is cancelled
+    finally:  # also for what is done when the job is canceled
         for index, unit in units.items() if session.part is None else ():  # one process alone writes links
             _link_preview(session, unit, sequence.frames[index])
     return CapturedSequence({index: units[index].key for index in files}, files)

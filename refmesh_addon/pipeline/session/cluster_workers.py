@@ -132,7 +132,7 @@ class ClusterWorkers:
         try:
             answer = pickle.loads(future.result())
         except KilledWorker as error:
-            raise self._error("several workers died of one task, probably out of memory: lower --resolution") from error
+            raise self._error("several workers died of the same task, probably out of memory: lower --resolution") from error
         except (CancelledError, OSError) as error:
             raise self._lost() from error
         finally:

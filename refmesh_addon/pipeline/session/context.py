@@ -79,7 +79,7 @@ class Context(Session):
         reference = triangle_budget(spec.settings.reference.triangles, frames.counts, needed)
         if workers.fit_memory(task_bytes(max(frames.counts), reference)):
             # Not for the report, which is the same on every machine.
-            warn(f"only {workers.count} processes work at a time, as more would not fit the memory")
+            warn(f"only {workers.count} processes work at a time, as more would not fit in memory")
         report.surface = frames.kind
         report.bbox_diagonal, report.offset = frames.diagonal, tuple(frames.offset.tolist())
         return cls(output, cache, workers, notify, frames, spec.settings, report, warn_and_report, part=part, left_out=left_out)
@@ -110,7 +110,7 @@ class Context(Session):
         self.write_report()
 
     def without_progress(self) -> Context:
-        """The same for work that is no fixed share of a stage: it can be cancelled, and names its frames."""
+        """The same for work that is not a fixed share of a stage: it can be canceled, and names its frames."""
         return replace(self, notify=lambda stage, frame, *_: self.notify(stage, frame, 0.0))
 
     def remove_stale(self, pattern: str, keep: list[str]) -> None:

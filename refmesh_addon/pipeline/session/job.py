@@ -77,7 +77,7 @@ class JobSpec:
 
 
 def _check_types(values: dict) -> None:
-    """Raises ValueError, naming the entry, for one of another type than a job has, or a text that no path can be."""
+    """Raises ValueError, naming the entry, for one of another type than a job has, or text that cannot be a path."""
     for name, kind in _TYPES.items():
         value = values.get(name, kind())
         texts = value if isinstance(value, list) else [value] if kind is str else []

@@ -66,7 +66,7 @@ class Workers:
                 process.join(ENDING)
 
     def fit_memory(self, task_bytes: int) -> bool:
-        """Goes on with no more processes than fit the memory at present, but at least one; returns whether these are fewer than the cores.
+        """Goes on with no more processes than fit into memory at present, but at least one; returns whether these are fewer than the cores.
 
         task_bytes : that a process needs for its tasks at their peak.
         """
@@ -80,7 +80,7 @@ class Workers:
         """Yields (index, function(*task)) as tasks are done, in no fixed order.
 
         function : at module level.  tasks : read only a few ahead of the work, so that a long take does not fill the memory.
-        poll : called while waiting; raises Cancelled to stop.
+        poll : called while waiting; raises Canceled to stop.
         Exceptions of a task are raised here. When a process dies, as it does when memory runs out, the tasks that may have been its are
         done again, each alone; raises WorkerDied for one whose process dies again.
         """

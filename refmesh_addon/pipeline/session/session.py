@@ -18,7 +18,7 @@ class WorkerPool(Protocol):
     count: int
 
     def fit_memory(self, task_bytes: int) -> bool:
-        """Goes on with no more processes than fit the memory, where each needs so many bytes; returns whether these are fewer."""
+        """Goes on with no more processes than fit in memory, where each needs so many bytes; returns whether these are fewer."""
 
     def map(self, function: Callable, tasks: Iterable[tuple], poll: Callable[[], None]) -> Iterator[tuple[int, Any]]:
         """Yields (index, function(*task)) as tasks are done, in no fixed order; calls `poll` while it waits."""

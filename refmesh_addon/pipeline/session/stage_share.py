@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 # (stage, frame number or None, share of the stage from 0 to 1), and True where an earlier run has left that much;
-# raises Cancelled once the job was cancelled.
+# raises Canceled once the job was canceled.
 Notify = Callable[..., None]
 
 

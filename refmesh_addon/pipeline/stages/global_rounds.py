@@ -107,7 +107,7 @@ def _optimized_run(context: Context, last: TrackingResult, run: tuple[int, ...],
         share.tell(context.notify, part)
 
     def samples_of(row: int) -> VolumeSamples:
-        progress(done)  # so that a run over many frames soon hears that it was cancelled
+        progress(done)  # so that a run over many frames soon hears that it was canceled
         return _samples(context, run[row])
 
     moving = None if last.moving is None else last.moving[members]
@@ -123,7 +123,7 @@ def _total(runs: list[tuple[int, ...]], energies: list[np.ndarray]) -> np.ndarra
 
 
 def _samples(context: Context, frame: int) -> VolumeSamples:
-    """From disk each time: the samples of a long take would not fit the memory."""
+    """From disk each time: the samples of a long take would not fit in memory."""
     settings = context.settings.tracking
     key = digest(GLOBAL_SCHEMA, context.frames.keys[frame], settings.resolution, settings.centers)
     entry = f"tracking/samples_{context.numbers[frame]:04d}"

@@ -38,7 +38,7 @@ class FrameGroup:
 def fixed_groups(context: Context) -> list[tuple[int, ...]]:
     """Groups that begin where the settings say, or of the requested size.
 
-    Raises RefMeshError when they are to be chosen by what only tracking shows, and for a start that is no frame.
+    Raises RefMeshError when they are to be chosen by what only tracking shows, and for a start that is not a frame.
     """
     size, count = context.settings.reference.group_size, len(context.frames)
     if context.settings.reference.group_starts.strip():
@@ -76,6 +76,6 @@ def _starts(context: Context) -> list[int]:
     starts = {0}
     for number in text.split(","):
         if not number.strip().isdecimal() or int(number) not in {*numbers, *after}:
-            raise RefMeshError(f"--group-starts '{text}': '{number.strip()}' is no frame of the job; it has {format_ranges(numbers)}")
+            raise RefMeshError(f"--group-starts '{text}': '{number.strip()}' is not a frame of the job, which has {format_ranges(numbers)}")
         starts.add(numbers.index(after.get(int(number), int(number))))
     return sorted(starts)

@@ -84,7 +84,7 @@ class TrackedRange:
     """Frames that were tracked in one go.
 
     stop : index after the last frame.  spacing : s, scene units.  key : of all this.
-    load_affinity : gives the (C, C) weights after the last frame; those of all ranges together might not fit the memory.
+    load_affinity : gives the (C, C) weights after the last frame; those of all ranges together might not fit in memory.
     beyond : (C, 3) its centers in the frame after the last, None where that is not known or there is none.
     """
 

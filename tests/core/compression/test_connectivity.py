@@ -61,9 +61,9 @@ def test_a_smooth_closed_mesh_needs_about_one_symbol_for_each_triangle():
     assert len(recorder.steps) < 1.02 * len(mesh.triangles)
 
 
-def test_more_vertices_than_announced_are_refused():
+def test_more_vertices_than_declared_are_refused():
     recorder = Recorder()
     mesh = shapes.ball(1)
     encoded_triangles(recorder, mesh.triangles, len(mesh.vertices))
-    with pytest.raises(ValueError, match="more vertices than announced"):
+    with pytest.raises(ValueError, match="more vertices than declared"):
         decoded_triangles(Player(recorder), len(mesh.triangles), len(mesh.vertices) - 1)

@@ -1,4 +1,4 @@
-"""Moves towards a goal go as far as nothing folds."""
+"""Moves toward a goal go as far as nothing folds."""
 
 import numpy as np
 

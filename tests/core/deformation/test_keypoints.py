@@ -40,7 +40,7 @@ def slow_spectra(points, weights, radius):
 def slow_keypoints(mesh, length, settings):
     spectra, counts = slow_spectra(mesh.vertices, vertex_areas(mesh), settings.salient * length)
     fine = [
-        c > settings.least_neighbours and b < settings.flatness * a and d < settings.flatness * b for (a, b, d), c in zip(spectra, counts)
+        c > settings.least_neighbors and b < settings.flatness * a and d < settings.flatness * b for (a, b, d), c in zip(spectra, counts)
     ]
     chosen = []
     for i in np.flatnonzero(fine):
@@ -52,7 +52,7 @@ def slow_keypoints(mesh, length, settings):
 
 
 @pytest.mark.parametrize(
-    "settings", [KeypointSettings(), KeypointSettings(salient=6.0, suppression=2.0, flatness=0.9, least_neighbours=40)]
+    "settings", [KeypointSettings(), KeypointSettings(salient=6.0, suppression=2.0, flatness=0.9, least_neighbors=40)]
 )
 def test_agrees_with_one_point_after_the_other(settings):
     mesh = hills(31, 21)

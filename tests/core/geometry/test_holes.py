@@ -29,7 +29,7 @@ open_meshes = pytest.mark.parametrize("mesh", OPEN_MESHES.values(), ids=OPEN_MES
 
 
 def boundary_by_loop(mesh):
-    """Every directed edge, cancelled one by one against an opposite one."""
+    """Every directed edge, canceled one by one against an opposite one."""
     left = []
     for a, b, c in mesh.triangles.tolist():
         for edge in ((a, b), (b, c), (c, a)):

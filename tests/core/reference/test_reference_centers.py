@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from refmesh_addon.core.errors import Cancelled
+from refmesh_addon.core.errors import Canceled
 from refmesh_addon.core.reference.reference_centers import largest_distances, reference_centers, rigidly_aligned
 from refmesh_addon.core.reference.smacof import near_weights, stress
 
@@ -111,9 +111,9 @@ def test_progress_ends_at_one_and_can_stop_the_work():
     assert shares[-1] == 1.0
 
     def stop(share):
-        raise Cancelled
+        raise Canceled
 
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         reference_centers(random_frames(), stop)
 
 

@@ -97,7 +97,7 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_bytes(two_balls, tmp_path, w
     else:
         os.kill(worker.pid, signal.SIGTERM if os.name == "nt" else signal.SIGKILL)
     final = list(worker.events())[-1]
-    assert final.kind == {"cancel": "cancelled", "kill": "failed"}[end]
+    assert final.kind == {"cancel": "canceled", "kill": "failed"}[end]
     assert end == "cancel" or "ended unexpectedly" in final.message
     assert not temporary_jobs(own_temporary_folder)
     assert list(WorkerProcess(job(two_balls, output)).events())[-1].kind == "done"
@@ -134,7 +134,7 @@ def test_a_second_job_in_the_same_folder_is_refused(two_balls, tmp_path):
     wait_for(first, "tracking")
     second = list(WorkerProcess(job(two_balls, tmp_path / "out")).events())
     first.cancel()
-    assert list(first.events())[-1].kind == "cancelled"
+    assert list(first.events())[-1].kind == "canceled"
     assert [event.kind for event in second] == ["failed"]
     assert f"another RefMesh job (process {first.pid}) is writing here" in second[0].message
 

@@ -17,4 +17,4 @@ def test_lines_that_are_no_events_are_passed_over(line):
 
 
 def test_only_the_ends_are_final():
-    assert [kind for kind in ("progress", "warning", *FINAL_KINDS) if Event(kind).is_final] == ["done", "failed", "cancelled"]
+    assert [kind for kind in ("progress", "warning", *FINAL_KINDS) if Event(kind).is_final] == ["done", "failed", "canceled"]

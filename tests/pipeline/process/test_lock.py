@@ -74,7 +74,7 @@ def test_a_file_that_is_linked_to_the_lock_is_not_emptied(tmp_path, link):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
 def test_a_named_pipe_in_place_of_the_lock_is_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "lock")
-    with pytest.raises(RefMeshError, match="no regular file"), output_lock(tmp_path, "OUT"):
+    with pytest.raises(RefMeshError, match="not a regular file"), output_lock(tmp_path, "OUT"):
         pass
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from refmesh_addon.core.errors import Cancelled
+from refmesh_addon.core.errors import Canceled
 from refmesh_addon.pipeline.process.environment import python_executable, worker_environment
 from refmesh_addon.pipeline.process.events import Event
 from refmesh_addon.pipeline.process.forecast import Forecast, StageTime
@@ -78,14 +78,14 @@ def test_a_wish_to_stop_is_raised_at_the_next_step():
     reporter = Reporter(forecast(STAGES), lambda event: None)
     reporter.progress("tracking", None, 0.1)
     reporter.cancel.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         reporter.progress("tracking", None, 0.2)
 
 
 @pytest.mark.parametrize("stdin", ["cancel\n", ""])
 def test_a_worker_stops_when_told_and_when_its_parent_is_gone(job_file, stdin):
     code, events, _ = run_worker(job_file(), stdin=stdin)
-    assert events[-1].kind == "cancelled"
+    assert events[-1].kind == "canceled"
     assert code == 1
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from refmesh_addon.core.errors import Cancelled, RefMeshError
+from refmesh_addon.core.errors import Canceled, RefMeshError
 from refmesh_addon.core.types import FrozenArrays
 from refmesh_addon.pipeline.session.cache import Cache, digest
 from refmesh_addon.pipeline.session.cached_map import WorkUnit, cached_map
@@ -141,12 +141,12 @@ def test_progress_stays_in_its_part_of_the_stage_and_names_each_frame(job):
     assert {frame for _, frame, _ in job.told} == {None, 10, 11, 12, 13}
 
 
-def test_a_cancelled_map_keeps_what_is_done(job):
+def test_a_canceled_map_keeps_what_is_done(job):
     def notify(stage, frame, share, skipped=False):
         if share > 0.7:
-            raise Cancelled
+            raise Canceled
 
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         job.run(job.units(*range(8)), notify=notify)
     done = {int(path.name[:3]) for path in job.folder.glob("power/*.npz")}
     assert 0 < len(done) < 8

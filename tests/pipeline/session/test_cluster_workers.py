@@ -13,7 +13,7 @@ import pytest
 
 pytest.importorskip("distributed")
 
-from refmesh_addon.core.errors import Cancelled, RefMeshError  # noqa: E402
+from refmesh_addon.core.errors import Canceled, RefMeshError  # noqa: E402
 from refmesh_addon.pipeline.run import run  # noqa: E402
 from refmesh_addon.pipeline.session.cluster_workers import ClusterWorkers  # noqa: E402
 from refmesh_addon.pipeline.session.job import JobSpec  # noqa: E402
@@ -74,17 +74,17 @@ def job(source, output, cluster) -> JobSpec:
     return JobSpec(str(source), str(output), settings=TINY, scheduler=cluster.address)
 
 
-def test_errors_of_tasks_and_a_cancelled_job_reach_the_caller(cluster, two_balls, tmp_path):
+def test_errors_of_tasks_and_a_canceled_job_reach_the_caller(cluster, two_balls, tmp_path):
     (tmp_path / "take").mkdir()
     (tmp_path / "take" / "scan_1.obj").write_text("this is no mesh")
     with pytest.raises(RefMeshError, match="scan_1.obj: cannot be read as OBJ"):
         run(job(tmp_path / "take", tmp_path / "out", cluster), lambda *_: None, lambda message: None)
 
     def notify(stage, frame, share, skipped=False):
-        raise Cancelled
+        raise Canceled
 
-    with pytest.raises(Cancelled):
-        run(job(two_balls, tmp_path / "cancelled", cluster), notify, lambda message: None)
+    with pytest.raises(Canceled):
+        run(job(two_balls, tmp_path / "canceled", cluster), notify, lambda message: None)
 
 
 def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(cluster, two_balls, finished, tmp_path):

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from refmesh_addon.core.errors import Cancelled, RefMeshError
+from refmesh_addon.core.errors import Canceled, RefMeshError
 from refmesh_addon.pipeline.session.parallel import MOST_WORKERS, QUEUED, WorkerDied, Workers, one_ahead
 
 PATIENCE = 30.0  # seconds until a test gives up
@@ -96,10 +96,10 @@ def test_poll_is_called_while_waiting_and_stops_the_work():
     def poll():
         calls.append(time.monotonic())
         if len(calls) == 3:
-            raise Cancelled
+            raise Canceled
 
     with Workers(1) as workers:
-        with pytest.raises(Cancelled):
+        with pytest.raises(Canceled):
             list(workers.map(sleep, [(10 * PATIENCE,)], poll))
         process = next(iter(workers._pool._processes.values()))
     process.join(PATIENCE)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from refmesh_addon.core.errors import Cancelled, RefMeshError
+from refmesh_addon.core.errors import Canceled, RefMeshError
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.findings import CHECK_TEXT, read_findings, read_kind
 from refmesh_addon.io.meshes import read_mesh
@@ -106,9 +106,9 @@ def test_same_findings_however_often(take, tmp_path):
 def test_a_wish_to_stop_is_heard_and_what_is_done_is_kept(take, tmp_path):
     def stop(stage, frame, share, *_):
         if share > 0.3:
-            raise Cancelled
+            raise Canceled
 
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         check(take, tmp_path / "out", stop)
     assert list((tmp_path / "out" / PREVIEW_FOLDER).glob("*.npz")) and not (tmp_path / "out" / CHECK_TEXT).exists()
 

@@ -1,4 +1,4 @@
-"""Figures and colours of the evaluation stage, measured again from the files."""
+"""Figures and colors of the evaluation stage, measured again from the files."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def test_figures_are_those_of_the_files_whichever_points_are_sampled(pairs):
         assert frame["d1_psnr"] <= frame["d2_psnr"]
 
 
-def test_vertices_are_coloured_by_their_distance(finished, pairs):
+def test_vertices_are_colored_by_their_distance(finished, pairs):
     for frame, source, deformed in pairs:
         distances = SurfaceIndex(source).query(deformed.vertices).distances / source.diagonal
         shown = trimesh.load(finished / frame["deformed"], process=False).visual.vertex_colors
@@ -41,7 +41,7 @@ def test_vertices_are_coloured_by_their_distance(finished, pairs):
 
 
 def test_velocities_are_how_far_vertices_go_in_a_frame(finished, pairs):
-    """Between neighbours half of the way from the one to the other; nothing is lost on the way to the file but single precision."""
+    """Between neighbors half of the way from the one to the other; nothing is lost on the way to the file but single precision."""
     for group in report(finished)["groups"]:
         frames = [(frame["number"], finished / frame["deformed"]) for frame, _, _ in pairs if frame["group"] == group["index"]]
         positions = {number: read_mesh(path).vertices for number, path in frames}

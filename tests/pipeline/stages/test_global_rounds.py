@@ -1,4 +1,4 @@
-"""Global optimisation on disk: what it reports, what it hands on, and that a run goes on where it was killed."""
+"""Global optimization on disk: what it reports, what it hands on, and that a run goes on where it was killed."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_figures_of_all_rounds_are_reported(optimized):
     assert figures["dfu"] != figures["dfu_forward"]
 
 
-def test_the_optimised_centers_are_handed_on(optimized, two_balls, tmp_path):
+def test_the_optimized_centers_are_handed_on(optimized, two_balls, tmp_path):
     finish(two_balls, tmp_path, until="tracking")
     forward, found = (np.load(folder / "centers.npz")["positions"] for folder in (tmp_path, optimized))
     assert found.shape == (len(FRAMES), TINY.tracking.centers, 3)
