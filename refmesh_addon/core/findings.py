@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SEVERITIES = {"error": "The job stops here", "warning": "The result will suffer", "note": "Handled, but good to know"}
+SEVERITIES = {"error": "The job stops here", "warning": "The result will suffer", "note": "Good to know"}
 # Attributes of tracked centers, as `center_attributes` computes them and the viewport shows them.
 CENTER_ATTRIBUTES = {
     "body": "Centers that stay together through the whole sequence have one color",

@@ -84,7 +84,7 @@ class ReferenceSettings(StageSettings):
             "groups": "Each group has a mesh of its own, as in the paper",
             "frames": "A given number of frames",
         },
-        titles={"long": "As Long as It Holds", "groups": "Each Group", "frames": "N Frames"},
+        titles={"long": "As Long as It Fits", "groups": "Each Group", "frames": "N Frames"},
         label="One Mesh for",
     )
     segment_frames: int = option(60, "Frames that have one mesh when their number is given", low=1, high=100_000, label="Frames per Mesh")

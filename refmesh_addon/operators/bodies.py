@@ -41,10 +41,10 @@ class REFMESH_OT_forget_body(CentersOperator, bpy.types.Operator):
     """Remove the marks of a body"""
 
     bl_idname = "refmesh.forget_body"
-    bl_label = "Forget Body"
+    bl_label = "Remove Body"
     bl_options = {"UNDO"}
 
-    body: IntProperty(description="Marked body to forget, counted from 1", **BODY_NUMBER)
+    body: IntProperty(description="Marked body to remove, counted from 1", **BODY_NUMBER)
 
     @reporting
     def execute(self, context):

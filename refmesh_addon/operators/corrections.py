@@ -58,10 +58,10 @@ surface through the frames"""
     bl_idname = "refmesh.apply_edit"
     bl_label = "Apply Edit"
 
-    whole_group: BoolProperty(name="Whole Group", description="The correction holds in all frames of the group", default=True)
-    first: IntProperty(name="First Frame", description="Scene frame from which it holds in full; 0 takes the current one", min=0)
-    last: IntProperty(name="Last Frame", description="Scene frame up to which it holds in full; 0 takes the current one", min=0)
-    fade: IntProperty(name="Fade", description="Frames over which it comes in before and goes out after", min=0)
+    whole_group: BoolProperty(name="Whole Group", description="The correction applies to all frames of the group", default=True)
+    first: IntProperty(name="First Frame", description="Scene frame from which it applies in full; 0 takes the current one", min=0)
+    last: IntProperty(name="Last Frame", description="Scene frame up to which it applies in full; 0 takes the current one", min=0)
+    fade: IntProperty(name="Fade", description="Frames over which it fades in before and fades out after", min=0)
 
     def change(self, context, owner, index):
         from ..bridge.results.corrections import apply_edit

@@ -54,7 +54,7 @@ class REFMESH_OT_color(JobOperator, bpy.types.Operator):
     """Bring the capture's colors onto the reference meshes: a texture for each frame and a steady one for each mesh"""
 
     bl_idname = "refmesh.color"
-    bl_label = "Bring Over Colors"
+    bl_label = "Transfer Colors"
     until = "color"
 
 

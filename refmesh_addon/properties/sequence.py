@@ -76,9 +76,9 @@ class RefMeshCorrection(bpy.types.PropertyGroup):
 
     layer: StringProperty(name="Offsets", description="Attribute of the deformed mesh that holds the offsets", options={"HIDDEN"})
     mute: BoolProperty(name="Mute", description="Show the deformed mesh without this correction", update=replay_corrections)
-    first: IntProperty(name="First", description="Scene frame from which it holds in full", update=replay_corrections)
-    last: IntProperty(name="Last", description="Scene frame up to which it holds in full", update=replay_corrections)
-    fade: IntProperty(name="Fade", description="Frames over which it comes in before and goes out after", min=0, update=replay_corrections)
+    first: IntProperty(name="First", description="Scene frame from which it applies in full", update=replay_corrections)
+    last: IntProperty(name="Last", description="Scene frame up to which it applies in full", update=replay_corrections)
+    fade: IntProperty(name="Fade", description="Frames over which it fades in before and fades out after", min=0, update=replay_corrections)
 
 
 class RefMeshGroup(bpy.types.PropertyGroup):
@@ -96,7 +96,7 @@ class RefMeshGroup(bpy.types.PropertyGroup):
     )
     corrections: CollectionProperty(type=RefMeshCorrection)
     active_correction: IntProperty(name="Correction", description="The one whose frames are shown below the list")
-    is_edited: BoolProperty(name="Edited", description="Whether the deformed mesh holds still, to be edited", options={"HIDDEN"})
+    is_edited: BoolProperty(name="Edited", description="Whether playback is off, so that the mesh can be edited", options={"HIDDEN"})
     edited_frame: IntProperty(name="Edited Frame", description="Scene frame whose shape is edited", options={"HIDDEN"})
 
 
@@ -156,8 +156,8 @@ class RefMeshSequence(bpy.types.PropertyGroup):
         name="Arrangement",
         description="Where centers, reference mesh and result stand beside the source",
         items=[
-            ("OVERLAY", "In Place", "All where the source is; the switches say which are seen"),
-            ("SIDE", "Side by Side", "Source, centers, reference mesh and result in a row, all of them seen"),
+            ("OVERLAY", "In Place", "All where the source is; the switches say which are shown"),
+            ("SIDE", "Side by Side", "Source, centers, reference mesh and result in a row, all of them shown"),
         ],
         update=arrange_objects,
     )

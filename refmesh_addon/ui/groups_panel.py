@@ -34,8 +34,8 @@ class REFMESH_PT_groups(SequencePanel, bpy.types.Panel):
     def draw(self, context):
         layout, state = self.layout, sequence_object(context).refmesh
         layout.template_list("REFMESH_UL_groups", "", state, "groups", state, "active_group", rows=min(ROWS, len(state.groups)))
-        reason = state.groups[min(state.active_group, len(state.groups) - 1)].reason
-        if reason:
-            draw_wrapped(layout, context, f"Begins there: {reason}")
+        active = min(state.active_group, len(state.groups) - 1)
+        if active and state.groups[active].reason:
+            draw_wrapped(layout, context, f"Why it begins there: {state.groups[active].reason}")
         draw_wrapped(layout, context, MARKERS, icon="INFO")
         layout.column(align=True).operator_enum("refmesh.edit_groups", "change")

@@ -41,7 +41,7 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         layout.label(text=f"{state.root.name if state.root else owner.name}: {counted(len(state.frames), 'frame')}, {first} to {last}")
         row = layout.row(align=True)
         row.prop(state, "frame_selection")
-        row.operator("refmesh.exclude_frame", text="", icon="X")
+        row.operator("refmesh.exclude_frame", text="", icon="REMOVE")
         layout.prop(state, "source")
         layout.prop(state, "output")
         layout.prop(state, "source_colors")

@@ -16,6 +16,11 @@ ROWS = 5  # of the list of places, before it scrolls
 STATUS_ICONS = {"never": "BLANK1", "current": "CHECKMARK", "stale": "FILE_REFRESH"}
 
 
+def _of_step(what: str, step: str, first: str) -> str:
+    """What a step takes from one that is not up to date.  first : the step that a job begins with."""
+    return f"the {what} of {step}, which runs first" if first == step else f"the {what} of {step}; {first} runs first"
+
+
 class REFMESH_UL_places(bpy.types.UIList):
     """One line for each place at which a frame and its source are far apart; a click goes there."""
 
@@ -100,7 +105,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
     @staticmethod
     def uses(state):
         first = first_to_run(state, "reference")
-        return f"the meshes of Reference; {first} runs first" if first else counted(len(state.groups), "reference mesh", "reference meshes")
+        return _of_step("meshes", "Reference", first) if first else counted(len(state.groups), "reference mesh", "reference meshes")
 
     def draw(self, context):
         super().draw(context)
@@ -146,7 +151,7 @@ class REFMESH_PT_color(StepPanel, bpy.types.Panel):
     @staticmethod
     def uses(state):
         first = first_to_run(state, "evaluation")
-        return f"the frames of Deform; {first} runs first" if first else counted(len(state.groups), "deformed mesh", "deformed meshes")
+        return _of_step("frames", "Deform", first) if first else counted(len(state.groups), "deformed mesh", "deformed meshes")
 
     def draw(self, context):
         super().draw(context)
