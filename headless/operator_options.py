@@ -94,7 +94,7 @@ def add_option(parser: argparse.ArgumentParser, argument, prefix: str = "") -> N
 def number_within(argument):
     """A converter that refuses numbers out of the argument's bounds; Blender itself would clamp them silently."""
     low, high = argument.hard_min, argument.hard_max
-    bounds = f"from {low:g}" + (f" to {high:g}" if high < UNBOUNDED else " on")
+    bounds = f"from {low:g} to {high:g}" if high < UNBOUNDED else f"from {low:g} upward"
     words = {word: int(value) for value, word in WORD.findall(argument.description)}
 
     def convert(text: str) -> float:

@@ -73,7 +73,7 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
     )
     only_check: BoolProperty(
         name="Only Check",
-        description="Only check that this Blender can write the format and that the range contains frames",
+        description="Only check that this Blender can write the format, and this choice of frames in it",
         options={"HIDDEN", "SKIP_SAVE"},
     )
 
@@ -90,7 +90,7 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        registry.check_available(registry.FORMATS[self.format])
+        registry.check_writable(registry.FORMATS[self.format], self.step)
         if self.only_check:
             for owner in self._owners(context):
                 chosen_range(owner, self.first, self.last, self.step)

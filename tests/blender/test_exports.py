@@ -213,7 +213,7 @@ def test_a_collection_holds_several_sequences(blender, frames, tmp_path):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ({"first": 50}, "no frames to export: the sequence has 6 to 11, the requested range is 50 to 11"),
+        ({"first": 50}, "no frames to export from 50 to 11: the sequence has 6 to 11; choose frames within that"),
         ({"first": 8, "last": 7}, "no frames to export"),
         ({"scope": "OBJECT"}, "select the deformed mesh of one"),
     ],

@@ -104,7 +104,7 @@ def test_a_foreign_file_is_not_decoded(frames, tmp_path):
         (["box", "--output", "out", "--mesh-frame", "last"], "first or reference or a number"),
         (["box", "--output", "out", "--mapping", "magic"], "--mapping"),
         (["box", "--output", "out", "--export", "dae"], "--export"),
-        (["box", "--output", "out", "--export-step", "0"], "'0' is not a number from 1 on"),
+        (["box", "--output", "out", "--export-step", "0"], "'0' is not a number from 1 upward"),
         (["box", "--output", "out", "--preview", "picture.txt"], "'picture.txt' does not end in .png"),
         (["box", "--output", "out", "--no-such-option"], "--no-such-option"),
         (["box", "--output", "out", "--cent", "100"], "--cent"),
@@ -125,6 +125,7 @@ def test_wrong_options_are_named_in_one_line(frames, tmp_path, arguments, messag
         ("box/box_21.obj", ["--frames", "21-"], "--frames"),
         ("empty", [], "no meshes found"),
         ("box", ["--export", "ply", "--export-first", "99"], "no frames to export"),
+        ("box", ["--export", "usd", "--export-step", "2"], "every frame of the range is written; leave out the step"),
     ],
 )
 def test_wrong_input_is_named_in_one_line(frames, tmp_path, source, extra, message):

@@ -26,7 +26,7 @@ def chosen_range(owner: bpy.types.Object, first: int, last: int, step: int) -> r
     start, end = frames[0].scene_frame, frames[-1].scene_frame
     first, last = max(first, start) if first else start, min(last, end) if last else end
     if first > last:
-        raise RefMeshError(f"no frames to export: the sequence has {start} to {end}, the requested range is {first} to {last}")
+        raise RefMeshError(f"no frames to export from {first} to {last}: the sequence has {start} to {end}; choose frames within that")
     return range(first, last + 1, step)
 
 

@@ -24,22 +24,22 @@ def loaded_extensions() -> list[str]:
     return [extension for known in FORMATS.values() if known.load for extension in known.extensions]
 
 
-def check_available(known: Format) -> None:
-    """Raises RefMeshError, with the reason, when this Blender cannot write the format."""
+def check_writable(known: Format, step: int) -> None:
+    """Raises RefMeshError, with the reason, when this Blender cannot write the format, or the format has no frame step."""
     reason = known.unavailable()
     if reason:
         others = _either(other.name for other in written_formats() if not other.unavailable())
         raise RefMeshError(f"--export {known.name}: {reason}; choose {others}, or use another Blender")
+    if step > 1 and known.every_frame:
+        others = _either(other.name for other in written_formats() if not other.every_frame)
+        raise RefMeshError(f"--export {known.name}: every frame of the range is written; leave out the step, or choose {others}")
 
 
 def write(known: Format, export: Export) -> list[Path]:
     """Writes the deformed meshes of a sequence in a format, into a folder that is made if need be; returns the files.
 
-    Raises RefMeshError when the format cannot hold the choice or a file cannot be written.
+    Raises RefMeshError when a file cannot be written.
     """
-    if export.choice.step > 1 and known.every_frame:
-        others = _either(other.name for other in written_formats() if not other.every_frame)
-        raise RefMeshError(f"--export {known.name}: every frame of the range is written; leave out the step, or choose {others}")
     output_folder(export.folder)
     return known.write(export)
 
