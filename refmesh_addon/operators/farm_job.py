@@ -41,7 +41,7 @@ class REFMESH_OT_export_job(JobOperator, bpy.types.Operator):
 
         spec = replace(self._spec(sequence_object(context).refmesh), scheduler="")  # the render farm shares the work itself
         if not self.directory:
-            raise RefMeshError("no folder was given to write the job to")
+            raise RefMeshError("no folder to write the job to; choose one")
         sequence = find_sequence(spec.source, spec.frames)
         scene = SceneCommand(*json.loads(self.scene_command)) if self.scene_command else None
         files = write_open_job(absolute(self.directory), spec, sequence.name, len(sequence.frames), scene)

@@ -21,7 +21,7 @@ def test_the_panel_writes_a_job_with_its_settings(ball, tmp_path):
 
 
 def test_a_job_without_a_folder_is_refused(ball):
-    with pytest.raises(RuntimeError, match="no folder was given"):
+    with pytest.raises(RuntimeError, match="no folder to write the job to"):
         bpy.ops.refmesh.export_job()
 
 
