@@ -7,8 +7,8 @@
 
 Everything is done by the operators of the add-on, and the options are made from their arguments. An installed extension
 is used where there is one, else the checkout that contains this file.
-Exit code: 0 when everything requested was written, 1 when something failed, 2 when the options are wrong; of a batch, how many
-takes failed.
+Exit code: 0 when everything requested was written, 1 when something failed, 2 when the options are wrong, 130 when it was
+interrupted; of a batch, how many takes failed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TextIO
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # Blender's -P does not
-from batch import BatchJob, run_batch  # noqa: E402
+from batch import EXIT_INTERRUPTED, BatchJob, run_batch  # noqa: E402
 from operator_options import STEPS, export_arguments, make_decode_parser, make_parser, operator_arguments  # noqa: E402
 from takes import Columns  # noqa: E402
 
@@ -54,6 +54,8 @@ def main() -> int:
         run(bpy, arguments)
     except RuntimeError as error:
         return fail(one_line(error))
+    except KeyboardInterrupt:
+        return fail("interrupted: the same command continues")
     finally:
         if checkout:
             checkout.unregister()  # some versions of bpy crash or hang at exit when handlers are left
@@ -128,9 +130,9 @@ def print_findings(arguments: dict, stdout: TextIO) -> int:
 
 
 def fail(message: str) -> int:
-    """Prints why there is no result."""
+    """Prints why there is no result. An operator that was interrupted says so first."""
     print(message, file=sys.stderr)
-    return EXIT_FAILED
+    return EXIT_INTERRUPTED if message.startswith("interrupted") else EXIT_FAILED
 
 
 def claim_stdout() -> TextIO:

@@ -19,6 +19,7 @@ from ..properties.wording import for_window
 NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
 CHECK_INSTALLATION = ". 'Check Installation' in the preferences of RefMesh names what does not work"
 LEAVE_EDIT_MODE = "leave edit mode first"
+INTERRUPTED = "interrupted: what is finished is kept, and the same command continues from there"
 
 
 def reporting(execute: Callable) -> Callable:
@@ -32,6 +33,8 @@ def reporting(execute: Callable) -> Callable:
             self.report({"ERROR"}, for_window(str(error)))
         except ImportError as error:
             self.report({"ERROR"}, import_problem(error) + ("" if bpy.app.background else CHECK_INSTALLATION))
+        except KeyboardInterrupt:  # Ctrl-C at a script
+            self.report({"ERROR"}, INTERRUPTED)
         return {"CANCELLED"}
 
     return wrapped

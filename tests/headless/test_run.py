@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -37,6 +38,17 @@ def frames(tmp_path) -> Path:
         corners = [f"v {x * size} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
         (folder / f"box_{number}.obj").write_text("\n".join(corners + [f"f {face}" for face in faces]) + "\n")
     return folder
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_interrupted_run_says_how_to_continue(frames, tmp_path):
+    command = [sys.executable, str(SCRIPT), str(frames), "--output", str(tmp_path / "out")]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        said = process.stderr.read(1)  # of the progress bar
+        process.send_signal(signal.SIGINT)
+        said += process.stderr.read()
+    assert (process.returncode, b"Traceback" in said) == (130, False), said
+    assert said.decode().splitlines()[-1].startswith("interrupted: ")
 
 
 def test_everything_asked_for_is_written_and_listed(frames, tmp_path):
