@@ -4,7 +4,7 @@
 
 The hand and ball of `sample_scenes`, each frame with a mesh, an atlas, an exposure and noise of its own, or a capture on disk, for
 which there is no truth. Seconds are of one core. Drift is the distance of vertices from the true places of the anchor frame's, in
-mean edge lengths, before and after vertices are moved by optical flow.
+mean edge lengths, before and after vertices are moved by optical flow and fitted to the source again.
 """
 
 from __future__ import annotations
@@ -25,6 +25,10 @@ from refmesh_addon.core.color.optical_flow import flow_between
 from refmesh_addon.core.color.projected_layout import projected_layout
 from refmesh_addon.core.color.texels import Texels
 from refmesh_addon.core.color.unlit import eight_views, picture_error
+from refmesh_addon.core.deformation.arap import ArapSolver
+from refmesh_addon.core.deformation.correspondence import Correspondence
+from refmesh_addon.core.deformation.surface_fit import fit_surface
+from refmesh_addon.core.deformation.surface_samples import SurfaceSampler
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.geometry.mesh import mean_edge_length, triangle_normals
 from refmesh_addon.core.settings import Settings, flat_fields
@@ -129,7 +133,7 @@ def drift_figures(
     covered = np.zeros(FLOW_SIZE**2, bool)
     covered[texels.pixels] = True
     picture = lambda number, mesh: texels.image((_bake(mesh, texels, paths[number]) @ LUMA).astype(np.float32))
-    first, entries = picture(anchor, meshes[anchor]), []
+    first, entries, solver = picture(anchor, meshes[anchor]), [], ArapSolver(meshes[anchor])
     for number in [number for number in meshes if number != anchor]:
         mesh = result = meshes[number]
         start, source, inside = time.process_time(), SurfaceIndex(read_mesh(paths[number])), covered.reshape(first.shape)
@@ -138,18 +142,26 @@ def drift_figures(
             second = second * np.median(first[inside] / np.maximum(second[inside], 1.0))
             flow = flow_between(first, second, inside)
             result = slid(result, layout, texels, flow, source)
+        moved, result = result, fitted_again(result, source, solver)
         entry = {"drift_s": time.process_time() - start, "trusted": float(flow.trusted.ravel()[texels.pixels].mean())}
-        before, after = (source.query(item.vertices).distances.mean() for item in (mesh, result))
-        entry["distance_ratio"] = float(after / before)
+        before, slide, after = (source.query(item.vertices).distances.mean() for item in (mesh, moved, result))
+        entry |= {"slide_distance_ratio": float(slide / before), "distance_ratio": float(after / before)}
         if sequence is not None:
             times = np.linspace(0.0, 1.0, count)
             truth = true_places(sequence, meshes[anchor].vertices, times[anchor], times[number])
             length = mean_edge_length(meshes[anchor])
             for name, item in (("before", mesh), ("after", result)):
                 drift = np.linalg.norm(item.vertices - truth, axis=1) / length
-                entry |= {f"drift_{name}": float(np.median(drift)), f"drift95_{name}": float(np.percentile(drift, 95))}
+                entry |= {f"drift_{name}": float(np.median(drift)), f"drift_mean_{name}": float(drift.mean())}
+                entry[f"drift95_{name}"] = float(np.percentile(drift, 95))
+        print(json.dumps({"frame": number, **mean_of([entry])}), flush=True)
         entries.append(entry)
     return entries
+
+
+def fitted_again(mesh: TriangleMesh, source: SurfaceIndex, solver: ArapSolver) -> TriangleMesh:
+    """The mesh after the rounds of fitting with which a deformation ends; they move vertices hardly along the surface."""
+    return mesh.moved(fit_surface(solver, mesh.vertices, Correspondence(source, SurfaceSampler(solver.mesh))).vertices)
 
 
 def _bake(mesh: TriangleMesh, texels: Texels, path: Path) -> np.ndarray:

@@ -3,11 +3,13 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.pipeline.process.environment import PACKAGE_ROOT, python_executable, worker_environment
+from refmesh_addon.pipeline.session.blender_program import BLENDER
 
 LOOK = """
 import json, numpy, scipy, trimesh, refmesh_addon
@@ -60,3 +62,13 @@ def test_no_python_at_all_is_told_in_words(monkeypatch, tmp_path):
         monkeypatch.setattr(sys, name, str(tmp_path))
     with pytest.raises(RefMeshError, match="no Python executable found"):
         python_executable()
+
+
+@pytest.mark.parametrize(("binary", "given", "expected"), [("/b/blender", None, "/b/blender"), ("/b/blender", "", ""), ("", None, None)])
+def test_a_worker_knows_the_blender_that_it_works_for(monkeypatch, binary, given, expected):
+    """Not where bpy is a package; and what a person has set stays."""
+    monkeypatch.setitem(sys.modules, "bpy", SimpleNamespace(app=SimpleNamespace(binary_path=binary)))
+    monkeypatch.delenv(BLENDER, raising=False)
+    if given is not None:
+        monkeypatch.setenv(BLENDER, given)
+    assert worker_environment().get(BLENDER) == expected
