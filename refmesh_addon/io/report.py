@@ -257,7 +257,7 @@ def read_report(output: str | Path) -> dict[str, object]:
         report = read_json(path)
         schema = report["schema"]
     except OSError as error:
-        raise RefMeshError(f"{path}: no report there ({error.strerror or error}); run RefMesh on this folder first") from error
+        raise RefMeshError(f"{path}: no results there ({error.strerror or error}); run the steps first or choose another folder") from error
     except (ValueError, KeyError, TypeError) as error:
         raise RefMeshError(f"{path}: the report is damaged; run RefMesh on this folder again") from error
     if schema != SCHEMA:

@@ -6,7 +6,7 @@ from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
 
 ROWS = 5  # of the list, before it scrolls
-MARKERS = "Groups begin at the markers of the timeline. Drag its upper edge up where it is too low to show them"
+MARKERS = "Groups begin at the markers of the timeline. If you do not see them, drag its upper edge up"
 
 
 class REFMESH_UL_groups(bpy.types.UIList):

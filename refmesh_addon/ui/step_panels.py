@@ -124,7 +124,7 @@ class REFMESH_PT_deform(StepPanel, bpy.types.Panel):
             draw_wrapped(self.layout, context, f"Stretched more than threefold, in {where}: % of the surface", icon="ERROR")
             self._draw_worst(stretched, "overstretched", 2)
         if state.places:
-            draw_wrapped(self.layout, context, "Surface farther than 1 % of the diagonal from the other", icon="ERROR")
+            draw_wrapped(self.layout, context, "Places that differ from the source by more than 1 % of the diagonal", icon="ERROR")
             self.layout.template_list("REFMESH_UL_places", "", state, "places", state, "active_place", rows=min(ROWS, len(state.places)))
 
     def _draw_bad(self, context, frames):

@@ -87,7 +87,7 @@ def test_versions_are_those_in_use():
 
 
 @pytest.mark.parametrize(
-    ("text", "message"), [(None, "no report there"), ("{", "damaged"), ("[]", "damaged"), ('{"schema": 0}', "another version")]
+    ("text", "message"), [(None, "no results there"), ("{", "damaged"), ("[]", "damaged"), ('{"schema": 0}', "another version")]
 )
 def test_reports_that_cannot_be_used_are_refused_by_name(tmp_path, text, message):
     if text is not None:
