@@ -140,7 +140,7 @@ class BodyReport:
 
     centers : how many it has.  position : their middle in the first of the frames that show it apart, in the coordinates of the input.
     frames : first and last number of those frames: the one with the widest gap, or those whose motion shows it; () where it is alone.
-    by_motion : whether only its motion shows it, as no gap ever opens.
+    by_motion : whether it is its motion that shows it.
     """
 
     centers: int

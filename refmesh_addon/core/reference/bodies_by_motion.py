@@ -22,6 +22,7 @@ from ..tracking.neighbors import neighbor_pairs
 from ..tracking.rigid_parts import RigidParts, rigid_parts
 from ..types import FrozenArrays
 from .marked_bodies import marked_bodies
+from .separation import bodies_of
 
 FRAMES = 9  # of a window that are compared
 WINDOWS = (1, 2, 4)  # the whole take, halves and quarters, each overlapping the next by half, as drift grows; none shorter than FRAMES
@@ -40,7 +41,7 @@ class TakeBodies(FrozenArrays):
     """The bodies of a take.
 
     bodies : (C,) number of the body of each center, from 0.  rows : (B, 2) first and last of the frames that show each body apart: those
-    whose motion does, or the one with the widest gap; -1 for a body that is alone.  by_motion : (B,) bool, whether only motion shows it.
+    whose motion does, or the one with the widest gap; -1 for a body that is alone.  by_motion : (B,) bool, whether it is their motion.
     """
 
     bodies: Annotated[np.ndarray, "(C) integer"]
@@ -56,13 +57,20 @@ class Contact:
     side: np.ndarray
 
 
-def bodies_by_motion(positions: np.ndarray, spacing: float, known: np.ndarray) -> TakeBodies:
-    """The bodies of a take, with those that only its motion shows apart.
+def touching_bodies(centers: np.ndarray, spacing: float) -> np.ndarray:
+    """(C,) numbers, from 0, of the bodies that do not touch in a frame.  centers : (C, 3) there.  spacing : s, scene units."""
+    return bodies_of(centers, _neighbors(centers, spacing))
+
+
+def bodies_by_motion(positions: np.ndarray, spacing: float, known: np.ndarray, start: np.ndarray | None = None) -> TakeBodies:
+    """The bodies of a take, with those that its motion shows apart.
 
     positions : (F, C, 3) tracked centers, scene units.  spacing : s, scene units.
-    known : (C,) numbers, from 0, of the bodies that gaps have shown.
+    known : (C,) numbers, from 0, of the bodies that gaps have shown.  start : (C,) the same of coarser ones that motion may divide, as
+    gaps that open late leave centers on the wrong side; None for those.
     """
-    bodies, windows = known.copy(), dict.fromkeys(range(known.max() + 1))
+    bodies = (known if start is None else start).copy()
+    windows: dict[int, tuple[int, int] | None] = dict.fromkeys(range(bodies.max() + 1))
     for window in _windows(len(positions)):
         rows = np.unique(np.linspace(*window, FRAMES).astype(int))
         for body in range(len(windows)):
@@ -71,8 +79,18 @@ def bodies_by_motion(positions: np.ndarray, spacing: float, known: np.ndarray) -
             if second.any():
                 bodies[own[second]] = len(windows)
                 windows[body] = windows[len(windows)] = window
-    shown = [windows[body] or (_widest_gap(positions, bodies == body),) * 2 for body in windows]
-    return TakeBodies(bodies, np.array(shown), np.array([window is not None for window in windows.values()]))
+    moving = _divided_by_gaps(bodies, known)
+    shown = [windows[bodies[moving == body][0]] for body in range(moving.max() + 1)]
+    rows_of = lambda body: shown[body] or (_widest_gap(positions, moving == body),) * 2
+    return TakeBodies(moving, np.array([rows_of(body) for body in range(len(shown))]), np.array([window is not None for window in shown]))
+
+
+def _divided_by_gaps(bodies: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """(C,) bodies, each divided where gaps show several large ones in it."""
+    pairs, part, count = np.unique(np.stack([bodies, known]), axis=1, return_inverse=True, return_counts=True)
+    largest = np.array([np.flatnonzero(pairs[0] == body)[np.argmax(count[pairs[0] == body])] for body in pairs[0]])
+    kept = np.where(count >= LEAST_CENTERS, np.arange(len(count)), largest)
+    return np.unique(kept[part.ravel()], return_inverse=True)[1]
 
 
 def _widest_gap(positions: np.ndarray, own: np.ndarray) -> int:

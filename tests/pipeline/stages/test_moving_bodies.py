@@ -12,7 +12,7 @@ from ..running import cache_entries, finish, remade, report, results
 DEFAULTS = {"until": "tracking", **{name: getattr(TINY.tracking, name) for name in ("centers", "resolution")}}
 
 
-def divided(positions, spacing, known) -> TakeBodies:
+def divided(positions, spacing, known, start) -> TakeBodies:
     """The first ball as two bodies, upper and lower half."""
     bodies = np.where((known == known[0]) & (positions[0, :, 2] > 0), known.max() + 1, known)
     by_motion = np.arange(3) != 1 - known[0]
@@ -31,7 +31,7 @@ def test_such_bodies_are_followed_each_by_itself_and_named_with_their_frames(tra
     assert sorted(body["by_motion"] for body in bodies) == [False, True, True]
     assert [body["frames"] for body in bodies if body["by_motion"]] == [[FRAMES[0], FRAMES[-1]]] * 2
     assert sum(body["centers"] for body in bodies) == TINY.tracking.centers
-    assert [line for line in warnings if "2 bodies touch all the time" in line]
+    assert [line for line in warnings if "2 bodies touch in the first frame" in line]
     with np.load(output / "centers.npz") as centers:
         assert len(np.unique(centers["body"])) == 3
 
