@@ -8,7 +8,8 @@ import pytest
 
 import refmesh_addon
 from refmesh_addon.bridge.results.groups import has_work
-from refmesh_addon.bridge.scene.visibility_nodes import ATTRIBUTE, HIDE, NAME
+from refmesh_addon.bridge.scene.visibility_nodes import ATTRIBUTE, FADE, HIDE, NAME, TRANSPARENCY
+from refmesh_addon.io.ply import read_surface, read_velocities, write_ply
 from refmesh_addon.io.visibility_sheet import write_visibility
 
 from .conftest import GROUPS, NUMBERS, reference
@@ -29,6 +30,10 @@ def add_sheets(results, suffix="0"):
         count = len(reference(index).vertices)
         write_visibility(results / picture, (values(index, number) for number in shown), count, len(shown))
         report["groups"][index]["visibility"] = picture
+    for frame in report["frames"]:
+        path = results / frame["deformed"]
+        visibility = values(frame["group"], frame["number"])
+        write_ply(path, read_surface(path), velocities=read_velocities(path), visibility=visibility)
     (results / "report.json").write_text(json.dumps(report), encoding="utf-8")
 
 
@@ -82,6 +87,27 @@ def test_the_attribute_is_there_for_materials_where_nothing_is_hidden_and_withou
         refmesh_addon.register()
 
 
+def test_the_surface_fades_towards_what_is_hidden_or_wherever_it_is_not_shown(open_take):
+    member, number = open_take.refmesh.groups[1].deformed, GROUPS[1][0]
+    frame = next(frame.scene_frame for frame in open_take.refmesh.frames if frame.name == str(number))
+    _, visibility = evaluated(member, frame)
+    np.testing.assert_allclose(layer(member, TRANSPARENCY), 2 - 2 * visibility, atol=1e-6)
+    set_input(member.modifiers[NAME], HIDE, False)
+    _, visibility = evaluated(member, frame)
+    np.testing.assert_allclose(layer(member, TRANSPARENCY), 1 - visibility, atol=1e-6)
+    set_input(member.modifiers[NAME], FADE, False)
+    evaluated(member, frame)
+    assert layer(member, TRANSPARENCY) is None
+    alpha = next(node for node in member.active_material.node_tree.nodes if node.type == "BSDF_PRINCIPLED").inputs["Alpha"]
+    assert alpha.links[0].from_node.inputs[1].links[0].from_node.attribute_name == TRANSPARENCY
+
+
+def layer(member, name):
+    """An attribute of the points of an object as it is shown; None where it has none."""
+    attribute = member.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.attributes.get(name)
+    return None if attribute is None else np.array([item.value for item in attribute.data])
+
+
 def test_new_results_replace_the_picture_and_closed_ones_remove_the_modifier(blender, open_take, results):
     member = open_take.refmesh.groups[0].deformed
     assert not has_work(member)
@@ -122,6 +148,28 @@ def test_usd_has_the_visibility_of_each_point_and_all_points_of_each_frame(blend
     np.testing.assert_allclose(visibility, values(index, number), atol=0.51 / 255)
 
 
-def test_glb_keeps_its_morph_targets(blender, open_take, results):
+@pytest.mark.skipif(not bpy.app.build_options.alembic, reason="this Blender has no Alembic")
+def test_alembic_has_the_visibility_of_each_frame_as_a_color(blender, open_take, results):
+    blender.ops.refmesh.export(format="abc")
+    (path,) = (results / "export").glob("*.abc")
+    before, count = set(bpy.data.objects), len(reference(1).vertices)
+    blender.ops.wm.alembic_import(filepath=str(path), as_background_job=False)
+    meshes = [one for one in set(bpy.data.objects) - before if one.type == "MESH" and len(one.data.vertices) == count]
+    for number in GROUPS[1]:
+        blender.context.scene.frame_set(next(frame.scene_frame for frame in open_take.refmesh.frames if frame.name == str(number)))
+        mesh = meshes[0].evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        gray = np.array([corner.color[0] for corner in mesh.color_attributes[ATTRIBUTE].data])
+        corners = np.array([loop.vertex_index for loop in mesh.loops])
+        np.testing.assert_allclose(gray, values(1, number)[corners], atol=0.01)
+
+
+def test_glb_keeps_its_morph_targets_and_has_the_mean_visibility(blender, open_take, results):
     blender.ops.refmesh.export(format="glb")
-    assert any((results / "export").glob("*.glb"))
+    (path,) = (results / "export").glob("*.glb")
+    header = path.read_bytes()[20:]
+    document = json.JSONDecoder().raw_decode(header.decode("utf-8", "replace"))[0]
+    primitives = [mesh["primitives"][0] for mesh in document["meshes"]]
+    assert all("_VISIBILITY" in primitive["attributes"] and primitive["targets"] for primitive in primitives if "targets" in primitive)
+    assert any("targets" in primitive for primitive in primitives)
+    count = document["accessors"][primitives[-1]["attributes"]["_VISIBILITY"]]["count"]
+    assert count >= len(reference(len(primitives) - 1).vertices)

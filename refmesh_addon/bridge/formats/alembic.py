@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import bpy
@@ -10,6 +11,7 @@ from ...io.formats import Format
 from .export import Export
 from .files import check_disk_space, replacing
 from .pictures import copy_pictures, is_textured
+from .shown_parts import is_open, visibility_colors
 from .velocities import moving_stand_ins
 
 EXTENSION = ".abc"
@@ -26,11 +28,19 @@ def load(path: Path) -> None:
 
 
 def write(export: Export) -> list[Path]:
-    """All groups in one file, each seen in its own frames only, with velocities and UV maps; pictures go beside the file."""
+    """All groups in one file, each seen in its own frames only, with velocities and UV maps; pictures go beside the file.
+
+    Of an open take, the color `visibility` says what each frame shows.
+    """
     target = export.target(EXTENSION)
     check_disk_space(export, target)
     textured = is_textured(export.owner)
-    with moving_stand_ins(export), replacing(target) as partial:
+    is_colored = is_open(export)
+    with (
+        moving_stand_ins(export) as copies,
+        visibility_colors(export, copies) if is_colored else nullcontext(),
+        replacing(target) as partial,
+    ):
         bpy.ops.wm.alembic_export(
             filepath=str(partial),
             selected=True,
@@ -38,6 +48,7 @@ def write(export: Export) -> list[Path]:
             end=export.choice.last,
             normals=False,
             uvs=True,
+            vcolors=is_colored,
             as_background_job=False,
             check_existing=False,
         )

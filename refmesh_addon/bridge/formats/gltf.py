@@ -16,6 +16,7 @@ from .export import Export
 from .files import replacing
 from .layers import groups_to_attributes, has_materials, supported
 from .pictures import show_steady
+from .shown_parts import add_mean_visibility
 from .small_gltf import SmallOptions, small_choice, small_estimate, small_file, small_note
 from .stand_ins import morphing_stand_ins
 
@@ -84,12 +85,14 @@ def _write_small(export: Export) -> list[Path]:
 def _write_full(export: Export) -> list[Path]:
     """All groups in one file, with a morph target for each frame and one animation that plays them.
 
-    UV maps, materials with their images, colors and vertex groups go along, the last as attributes "_NAME".
+    UV maps, materials with their images, colors and vertex groups go along, the last as attributes "_NAME"; of an open take also
+    "_VISIBILITY", the share of the frames that show a vertex.
     """
     choice, target = export.choice, export.target(GLB.extensions[0])
     span = timeline(bpy.context.scene, choice.first, choice.last)
     with morphing_stand_ins(export) as copies, span, replacing(target) as partial:
         show_steady(export.owner, copies)
+        has_shown = add_mean_visibility(export, copies)
         has_groups = groups_to_attributes(copies.values(), prefix="_")  # glTF's mark of attributes of one's own
         bpy.ops.export_scene.gltf(
             filepath=str(partial),
@@ -100,7 +103,7 @@ def _write_full(export: Export) -> list[Path]:
             export_frame_range=True,
             export_frame_step=choice.step,
             export_materials="EXPORT" if has_materials(copies.values()) else "NONE",
-            export_attributes=has_groups,
+            export_attributes=has_groups or has_shown,
             **supported(bpy.ops.export_scene.gltf, export_vertex_color="ACTIVE", export_all_vertex_colors=True),
             check_existing=False,
         )

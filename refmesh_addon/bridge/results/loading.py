@@ -11,11 +11,12 @@ import numpy as np
 from ...core.settings import STAGES, flat_fields
 from ...io.frame_range import format_ranges, format_selection, parse_ranges
 from ..scene.markers import show_markers
+from ..scene.materials import fade_by
 from ..scene.paths import absolute_path, stored_path
-from ..scene.visibility_nodes import play_visibility
+from ..scene.visibility_nodes import TRANSPARENCY, play_visibility
 from .centers import show_centers
 from .freshness import fingerprint
-from .groups import arrange, place_results, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
+from .groups import arrange, deformed_material, place_results, remove_deformed, resize_groups, show_deformed, show_in_turn, show_reference
 from .own_mesh import find_own_mesh
 from .reading import Results, centers_playback
 from .status import used_settings
@@ -86,6 +87,8 @@ def _show_deformed(owner: bpy.types.Object, results: Results, index: int, carrie
     _note(carried, show_deformed(owner, index, results.meshes[index], cache), index)
     picture, group = results.report["groups"][index].get("visibility"), owner.refmesh.groups[index]
     play_visibility(group.deformed, results.folder / picture if picture else None, group.start)
+    if picture:
+        fade_by(deformed_material(), TRANSPARENCY)
 
 
 def _note(carried: dict[str, list[int]], kinds: str, index: int) -> None:

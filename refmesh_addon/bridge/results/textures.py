@@ -8,10 +8,11 @@ import bpy
 
 from ...io.result_arrays import read_layout
 from ..scene.geometry_update import OWN_MESH
-from ..scene.materials import image_material
+from ..scene.materials import fade_by, image_material
 from ..scene.meshes import OWN_LAYOUT, has_layout, set_uvs
 from ..scene.paths import stored_path
 from ..scene.timeline import TEXTURE_MARK
+from ..scene.visibility_nodes import TRANSPARENCY
 from .groups import deformed_material
 
 
@@ -34,7 +35,9 @@ def show_textures(owner: bpy.types.Object, folder: Path, report: dict) -> None:
     first = folder / report["frames"][0]["texture"]
     files = sorted(first.parent.glob(f"frame_*{first.suffix}"))
     captured = load_image(first, sequence=True)
-    image_material(captured_name(owner), captured, int(first.stem.rpartition("_")[2]), len(files))
+    playing = image_material(captured_name(owner), captured, int(first.stem.rpartition("_")[2]), len(files))
+    if any(group.get("visibility") for group in report["groups"]):
+        fade_by(playing, TRANSPARENCY)  # not the steady ones, which files carry: viewers would blend the whole body
     for index, entry in enumerate(report["groups"]):
         image_material(steady_name(owner, index), load_image(folder / entry["texture"]))
         painted = latest_painted(folder / entry["texture"])

@@ -62,6 +62,23 @@ def image_material(name: str, image: bpy.types.Image, first: int = 0, count: int
     return material
 
 
+def fade_by(material: bpy.types.Material, attribute: str) -> None:
+    """Makes a material as transparent as an attribute of the points says, 0 to 1; opaque where there is none.
+
+    A transparency that the material has already stays.
+    """
+    alpha = _surface(material).inputs["Alpha"]
+    if alpha.links or alpha.default_value < 1.0:
+        return
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    value, rest = nodes.new("ShaderNodeAttribute"), nodes.new("ShaderNodeMath")
+    value.attribute_name, value.location = attribute, (-550.0, -50.0)
+    rest.operation, rest.location = "SUBTRACT", (-300.0, -50.0)
+    rest.inputs[0].default_value = 1.0
+    links.new(value.outputs["Fac"], rest.inputs[1])
+    links.new(rest.outputs[0], alpha)
+
+
 def enable_nodes(owner: bpy.types.Material | bpy.types.World) -> None:
     """Gives it a node tree; from Blender 5.0 it always has one."""
     if bpy.app.version < (5, 0):

@@ -1,7 +1,8 @@
 """A Geometry Nodes modifier by which a deformed mesh knows which of its vertices a frame shows; it plays without the add-on.
 
-It looks the visibility up in a picture that is packed in the file, stores it as the attribute `visibility`, 0 to 1, which materials
-can fade by, and hides what is not shown, if its input says so.
+It looks the visibility up in a picture that is packed in the file, stores it as the attribute `visibility`, 0 to 1, and hides what is
+not shown. Towards what is hidden the surface fades: the attribute `transparency` says how much, and materials of the add-on follow it.
+Where nothing is hidden, all that is not shown fades, with the same topology in all frames.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from ...core.errors import RefMeshError
 from ...io.visibility_sheet import WIDTH, rows_per_frame
 
 NAME = "RefMesh Visibility"  # of the modifier
-ATTRIBUTE = "visibility"
-HIDE, THRESHOLD = "Hide Unseen", "Threshold"  # inputs of the modifier
+ATTRIBUTE, TRANSPARENCY = "visibility", "transparency"
+HIDE, FADE, THRESHOLD = "Hide Unseen", "Fade", "Threshold"  # inputs of the modifier
 
 
 def play_visibility(member: bpy.types.Object, picture: Path | None, first_scene_frame: int) -> None:
@@ -37,11 +38,11 @@ def play_visibility(member: bpy.types.Object, picture: Path | None, first_scene_
 
 
 def show_all(member: bpy.types.Object) -> None:
-    """Switches hiding off on this object, so that its topology is that of all frames; the attribute stays."""
+    """Switches hiding and fading off on this object, so that its topology is that of all frames; the attribute `visibility` stays."""
     modifier = member.modifiers.get(NAME)
-    if modifier is not None:
-        identifier = next(item.identifier for item in modifier.node_group.interface.items_tree if item.name == HIDE)
-        modifier[identifier] = False
+    for item in modifier.node_group.interface.items_tree if modifier is not None else ():
+        if item.name in (HIDE, FADE):
+            modifier[item.identifier] = False
 
 
 def remove_visibility(member: bpy.types.Object) -> None:
@@ -68,12 +69,18 @@ def _new_tree(name: str) -> bpy.types.GeometryNodeTree:
     tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    hide = tree.interface.new_socket(HIDE, in_out="INPUT", socket_type="NodeSocketBool")
-    hide.default_value, hide.description = True, "Leave out what the frame does not show"
+    _add_switch(tree, HIDE, "Leave out what the frame does not show")
     threshold = tree.interface.new_socket(THRESHOLD, in_out="INPUT", socket_type="NodeSocketFloat")
     threshold.default_value, threshold.min_value, threshold.max_value = 0.5, 0.0, 1.0
     threshold.description = "Visibility below which a vertex counts as not shown"
     return tree
+
+
+def _add_switch(tree: bpy.types.GeometryNodeTree, name: str, description: str) -> None:
+    """An input that is on; one of this name stays."""
+    if name not in tree.interface.items_tree:
+        switch = tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketBool")
+        switch.default_value, switch.description = True, description
 
 
 def _build(tree: bpy.types.GeometryNodeTree, image: bpy.types.Image, first: int, vertices: int) -> None:
@@ -83,16 +90,21 @@ def _build(tree: bpy.types.GeometryNodeTree, image: bpy.types.Image, first: int,
     for other in old:
         if not other.users:
             bpy.data.images.remove(other)
+    _add_switch(tree, FADE, "Materials of RefMesh become transparent towards what the frame does not show")
     nodes = _Nodes(tree)
     source, target = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     value = _looked_up(nodes, image, first, rows_per_frame(vertices))
-    store = nodes.add("GeometryNodeStoreNamedAttribute", data_type="FLOAT", domain="POINT")
-    store.inputs["Name"].default_value = ATTRIBUTE
-    nodes.link(source.outputs["Geometry"], store.inputs["Geometry"])
-    nodes.link(value, store.inputs["Value"])
+    known = nodes.stored(source.outputs["Geometry"], ATTRIBUTE, value)
+    hidden_below = nodes.math("MULTIPLY", source.outputs[THRESHOLD], source.outputs[HIDE])
+    above = nodes.math("DIVIDE", nodes.math("SUBTRACT", value, hidden_below), nodes.math("SUBTRACT", 1.0, hidden_below))
+    transparent = nodes.math("SUBTRACT", 1.0, nodes.math("MINIMUM", nodes.math("MAXIMUM", above, 0.0), 1.0))
+    fade = nodes.add("GeometryNodeSwitch", input_type="GEOMETRY")
+    nodes.link(source.outputs[FADE], fade.inputs["Switch"])
+    nodes.link(known, fade.inputs["False"])
+    nodes.link(nodes.stored(known, TRANSPARENCY, transparent), fade.inputs["True"])
     unseen = nodes.math("LESS_THAN", value, source.outputs[THRESHOLD])
     delete = nodes.add("GeometryNodeDeleteGeometry", domain="POINT")
-    nodes.link(store.outputs["Geometry"], delete.inputs["Geometry"])
+    nodes.link(fade.outputs[0], delete.inputs["Geometry"])
     nodes.link(nodes.math("MULTIPLY", unseen, source.outputs[HIDE]), delete.inputs["Selection"])
     nodes.link(delete.outputs["Geometry"], target.inputs["Geometry"])
 
@@ -132,6 +144,14 @@ class _Nodes:
 
     def link(self, start: bpy.types.NodeSocket, end: bpy.types.NodeSocket) -> None:
         self._tree.links.new(start, end)
+
+    def stored(self, geometry: bpy.types.NodeSocket, name: str, value: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+        """The geometry with a value for each point."""
+        store = self.add("GeometryNodeStoreNamedAttribute", data_type="FLOAT", domain="POINT")
+        store.inputs["Name"].default_value = name
+        self.link(geometry, store.inputs["Geometry"])
+        self.link(value, store.inputs["Value"])
+        return store.outputs["Geometry"]
 
     def math(self, operation: str, *operands: bpy.types.NodeSocket | float) -> bpy.types.NodeSocket:
         """The result of a math node; numbers become its own values."""

@@ -44,6 +44,11 @@ def shown_vertices(deformed: TriangleMesh, source: TriangleMesh) -> VisibleVerti
     return VisibleVertices(np.minimum(VertexSmoother(deformed).smoothed(visibility, BLENDING), visibility).astype(np.float32))
 
 
+def median_of_three(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
+    """The middle one of three values, element by element: of three frames in a row, it leaves out what is so in one of them only."""
+    return np.maximum(np.minimum(first, second), np.minimum(np.maximum(first, second), third))
+
+
 def _shown(source: SurfaceIndex, deformed: TriangleMesh, length: float) -> np.ndarray:
     """(R,) from 0 to 1, how far each vertex lies on the source.  length : mean edge, scene units."""
     closest = source.query(deformed.vertices)

@@ -20,7 +20,7 @@ from .bridged_frames import played, write_bridged
 from .deformation import DeformedSequence, SmoothedFrame
 from .groups import FrameGroup
 from .removed_surface import remove_stale_removed, write_removed
-from .visibility import visible_vertices
+from .visibility import steady_visibility, visible_vertices
 
 # Kinds of places at which a frame and its source are far apart, as fields of `MeasuredFrame`.
 KINDS = {"extra": ("deformed surface", "the source"), "missing": ("source", "the deformed surface")}
@@ -62,7 +62,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
                 colors = error_colors(measured[frame].errors)
                 for kind in KINDS:
                     context.report.far_places += _reported(entry.number, kind, getattr(measured[frame], kind))
-            visibility = visible[frame].visibility if visible else None
+            visibility = steady_visibility(visible, group, row) if visible else None
             write_ply(context.claim(entry.deformed), deformed.mesh(group, frame), colors, smoothed.velocities, visibility=visibility)
             context.report.frames.append(entry)
         write_bridged(context, deformed, group)

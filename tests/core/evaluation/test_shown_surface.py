@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from refmesh_addon.core.evaluation.open_metrics import measure_open
-from refmesh_addon.core.evaluation.shown_surface import shown_vertices
+from refmesh_addon.core.evaluation.shown_surface import median_of_three, shown_vertices
 from refmesh_addon.core.types import TriangleMesh
 
 from ..capture.test_depth_artifacts import sheet
@@ -54,3 +54,11 @@ def test_the_corners_of_triangles_that_span_a_gap_of_the_source_are_not_shown():
     visibility = shown_vertices(apart, TriangleMesh(apart.vertices, apart.triangles[~spanning])).visibility
     corners = np.unique(apart.triangles[spanning])
     assert not visibility[corners].any() and (visibility[np.abs(WHOLE.vertices[:, 0] - 0.5) > 0.1] > 0.99).all()
+
+
+def test_a_change_that_lasts_one_frame_is_left_out_and_one_that_lasts_stays():
+    flicker, lasting = np.array([1.0, 1, 0, 1, 1]), np.array([0.0, 0, 0.4, 1, 1])
+    steady = lambda row: median_of_three(row[:-2], row[1:-1], row[2:])
+    assert steady(flicker).tolist() == [1, 1, 1] and steady(lasting).tolist() == [0, 0.4, 1]
+    rows = np.random.default_rng(0).random((3, 50))
+    np.testing.assert_array_equal(median_of_three(*rows), np.median(rows, axis=0))
