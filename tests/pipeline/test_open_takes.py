@@ -1,10 +1,12 @@
 """Takes of one camera from their frames to the results."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.geometry.borders import boundary_edges
 from refmesh_addon.core.geometry.mesh import is_watertight, vertex_components
 from refmesh_addon.core.types import TriangleMesh
@@ -23,6 +25,10 @@ def body(shift: float) -> TriangleMesh:
     """A head with an ear, so that it shows how it moves."""
     solid = union(ball((shift, 0, 0), 1.0), capsule((shift, 0.8, 0.3), (shift, 1.6, 0.3), 0.35))
     return iso_surface(solid, np.zeros(3), 2.5, 0.15, np.random.default_rng(0))
+
+
+# A plate, of which the camera sees hardly more than one edge.
+SEEN_EDGE_ON = TriangleMesh([[-0.02, -1, 0], [0.02, -1, 0], [0.02, 1, 0.0], [-0.02, 1, 0]], [[0, 1, 2], [0, 2, 3]])
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +96,27 @@ def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_fo
     frames = report(tmp_path / "out")["frames"]
     assert len(frames) == 4 and report(tmp_path / "out")["surface"] == "open"
     assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.04
+
+
+@pytest.mark.parametrize(
+    ("second", "expected"),
+    [
+        (body(0.05), "frame 0: is open: .*1 of 2 frames: 0; as a take of their own .--frames 0 --surface open. they stay open"),
+        (TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), int)), "take_1.ply: holds no triangles; .* leave it out with --frames"),
+        (SEEN_EDGE_ON, "take_1.ply: too little volume to track .*; .*--frames leaves this frame out"),
+    ],
+    ids=["turns to closed", "empty", "edge on"],
+)
+def test_a_frame_unlike_the_others_is_named_with_what_helps(tmp_path, second, expected):
+    source = tmp_path / "in"
+    source.mkdir()
+    write_ply(source / "take_0.ply", CAMERA.seen(body(0.0), 0))
+    write_ply(source / "take_1.ply", second)
+    try:
+        lines = finish(source, tmp_path / "out", until="tracking", **OPEN_RUN)
+    except RefMeshError as error:
+        lines = [str(error)]
+    assert any(re.search(expected, line) for line in lines), lines
 
 
 def test_holes_of_bodies_are_closed_or_left_open_as_told(tmp_path):

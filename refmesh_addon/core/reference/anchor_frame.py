@@ -8,7 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from ..geometry.mesh import sample_surface, triangle_normals
+from ..geometry.borders import boundary_edges
+from ..geometry.mesh import sample_surface, submesh, triangle_normals
 from ..geometry.voxels import Grid, fill, fill_closed, grid_around
 from ..surfacing.hole_caps import without_holes
 from ..types import TriangleMesh
@@ -16,7 +17,28 @@ from .cap_points import HoleFinder
 
 POINTS_PER_CENTER = 60  # on the anchor frame's surface: about 0.1 s apart on a body of 1000 centers
 IOU_RESOLUTION = 128  # voxels along the longest side when overlap is measured: the paper's 0.01 at 1.8 units, nearly
+RIM = 0.5  # distance from the border of what is shown, in s, within which it says nothing: noise and cleaning cut it off anew in each frame
 LINKS_PER_CENTER = 8  # strongest affinities of a center, along which moves of the centers are smooth
+
+
+@dataclass(frozen=True)
+class ShownSurface:
+    """What the anchor frame of an open take shows, in reference positions.
+
+    tree : of points away from its border.  normals : (N, 3) at these.
+    """
+
+    tree: cKDTree
+    normals: np.ndarray
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh, shown: np.ndarray, spacing: float) -> ShownSurface:
+        """mesh : the mapped anchor frame.  shown : (T,) bool, its triangles that are no cap.  spacing : s, scene units."""
+        surface = submesh(mesh, shown)[0]
+        points, normals = surface.vertices[surface.triangles].mean(axis=1), triangle_normals(surface)
+        rim = surface.vertices[np.unique(boundary_edges(surface))]
+        inner = cKDTree(rim).query(points)[0] > RIM * spacing if len(rim) else np.ones(len(points), dtype=bool)
+        return cls(cKDTree(points[inner]), normals[inner])
 
 
 @dataclass(frozen=True)
@@ -26,6 +48,7 @@ class AnchorFrame:
     tree : of points spread densely over its surface, the closest of which stands for the closest point: only its tangent
     plane matters, and it is several times as fast to find.  normals : (N, 3) of the surface at these points.
     holes : of the anchor frame.  grid, inside : its volume.  laplacian : (C, C) of the graph of strongest affinities.
+    shown : of an open take; None for closed bodies.
     """
 
     tree: cKDTree
@@ -34,6 +57,7 @@ class AnchorFrame:
     inside: np.ndarray
     laplacian: sparse.csr_matrix
     holes: HoleFinder
+    shown: ShownSurface | None = None
 
     @classmethod
     def of(cls, mesh: TriangleMesh, whole: np.ndarray, affinity: sparse.csr_matrix, holes: HoleFinder | None = None) -> AnchorFrame:

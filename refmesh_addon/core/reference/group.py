@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -19,10 +19,11 @@ from ..surfacing.remeshing import remeshed
 from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
 from .alignment import align
-from .anchor_frame import AnchorFrame
+from .anchor_frame import AnchorFrame, ShownSurface
 from .cap_points import HoleFinder, OrientedPoints, counting
 from .frame_features import FrameFeatures, frame_features, shared_features
 from .mapping import FrameMap
+from .open_alignment import align_open
 from .oriented_points import oriented_points
 from .reference_centers import reference_centers
 from .separation import bodies_of, separated, within_bodies
@@ -115,15 +116,20 @@ def place_centers(
     return GroupCenters(placed, affinity, spacing, reference.anchor, reference.stress)
 
 
-def anchor_frame(body: CappedMesh, centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings) -> AnchorFrame:
+def anchor_frame(
+    body: CappedMesh, centers: np.ndarray, group: GroupCenters, settings: ReferenceSettings, surface: np.ndarray | None = None
+) -> AnchorFrame:
     """The anchor frame of a group, mapped to the reference positions: bound, sampled and voxelized once for all frames of the group.
 
     body : the anchor frame's.  centers : (C, 3) tracked centers in that frame, scene units.
+    surface : (T,) bool, which triangles of an open take's frame show something; None for closed bodies.
     """
     frame = FrameMap(body.mesh, centers, group.affinity, group.spacing, settings.mapping)
     mapped = frame.to(group.positions)
     holes = HoleFinder(CappedMesh(mapped, body.holes), group.spacing)
-    return AnchorFrame.of(mapped, frame.whole(mapped), group.affinity, holes)
+    whole = frame.whole(mapped)
+    anchor = AnchorFrame.of(mapped, whole, group.affinity, holes)
+    return anchor if surface is None else replace(anchor, shown=ShownSurface.of(mapped, surface & whole, group.spacing))
 
 
 def align_frame(
@@ -135,7 +141,12 @@ def align_frame(
     count : oriented points to sample.
     """
     frame = FrameMap(body.mesh, centers, group.affinity, group.spacing, settings.mapping)
-    aligned = align(frame, group.positions, anchor, settings.alignment_steps)
+    if anchor.shown is None:
+        aligned = align(frame, group.positions, anchor, settings.alignment_steps)
+    else:
+        captured = np.zeros(len(body.mesh.vertices), dtype=bool)
+        captured[body.mesh.triangles[body.holes < 0]] = True
+        aligned = align_open(frame, group.positions, anchor, captured, settings.alignment_steps)
     points, normals, triangles = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
     surface = anchor.holes.counted(points, normals, body.holes[triangles] >= 0)
     return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after, frame_features(frame, aligned.mesh, aligned.whole))

@@ -231,4 +231,6 @@ def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
         worst = max(open_frames, key=lambda index: (frames.statistics[index].capped, -frames.statistics[index].compactness))
         reason = openness(frames.statistics[worst].capped, frames.statistics[worst].compactness)
         ranges = format_ranges(numbers[index] for index in open_frames)
-        warn(f"frame {numbers[worst]}: {reason} ({len(open_frames)} of {len(numbers)} frames: {ranges})")
+        options = f"--frames {ranges.replace(', ', ',')} --surface open"
+        alone = f"; as a take of their own ({options}) they stay open" if len(open_frames) < len(numbers) else ""
+        warn(f"frame {numbers[worst]}: {reason} ({len(open_frames)} of {len(numbers)} frames: {ranges}{alone})")

@@ -42,6 +42,7 @@ from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
 REFERENCE_SCHEMA = 16
+OPEN_REFERENCE_SCHEMA = 1  # of what is done differently for open takes
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
@@ -100,6 +101,7 @@ class GroupAnchor(Keyed):
     """What all frames of a group are aligned with.
 
     body : the anchor frame's.  tracked : (C, 3) centers in that frame.  centers : what the frames of the group share.
+    surface : (T,) bool, which triangles of an open take's frame show something; None for closed bodies.
     """
 
     key: str
@@ -107,6 +109,7 @@ class GroupAnchor(Keyed):
     tracked: np.ndarray
     centers: GroupCenters
     settings: ReferenceSettings
+    surface: np.ndarray | None = None
 
 
 def make_references(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> References:
@@ -154,7 +157,8 @@ def group_frames(
     """
     sources = sources or runs
     settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
-    more = ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
+    more = [OPEN_REFERENCE_SCHEMA] if context.frames.kind == OPEN else []
+    more += ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
     own = {frame: own_mesh_key(context) for frame in [own_mesh_frame(context)] if frame is not None}
     handovers = [following[0] for following in runs[1:]] + [None]
     parts = [[*more, *(key for frame, key in own.items() if frame in frames), *_cap(context, frames)] for frames in sources]
@@ -182,7 +186,7 @@ def align_to_anchor(body: CappedMesh, tracked: np.ndarray, anchor: GroupAnchor, 
 
 @latest_only
 def _anchor_frame(anchor: GroupAnchor) -> AnchorFrame:
-    return anchor_frame(anchor.body, anchor.tracked, anchor.centers, anchor.settings)
+    return anchor_frame(anchor.body, anchor.tracked, anchor.centers, anchor.settings, anchor.surface)
 
 
 def counts_for_the_surface(context: Context, aligned: AlignedFrame) -> bool:
@@ -216,7 +220,8 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
         anchor_centers, frame_centers = tracking.centers_in((anchor, frame))
         frames, take = context.frames, context.frames.take
         anchored = frames.capped(anchor) if take is None else without_holes(frames.body(anchor))  # no hole of it is closed once for all
-        shared = GroupAnchor(group.key, anchored, anchor_centers, own, context.settings.reference)
+        surface = frames.capped(anchor).holes < 0 if frames.kind == OPEN else None
+        shared = GroupAnchor(group.key, anchored, anchor_centers, own, context.settings.reference, surface)
         count = points_per_frame(_budget(context, group), len(group.source) if take is None else min(len(group.source), MOST_SHARING))
         return frames.capped(frame), frame_centers, shared, count
 

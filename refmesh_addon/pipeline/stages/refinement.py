@@ -13,7 +13,7 @@ from ..session.context import Context
 from .deformation import fit_frames, fitting_groups
 from .groups import FrameGroup
 from .reference import References
-from .segment_review import probed_frames
+from .segment_trials import SegmentTrials
 from .tracking_result import TrackingResult
 
 REFINEMENT_SCHEMA = 1
@@ -38,7 +38,7 @@ def refine(context: Context, tracking: TrackingResult, references: References) -
 
 def _refined(context: Context, tracking: TrackingResult, references: References, group: FrameGroup) -> tuple[str, ReferenceMesh]:
     """The mesh of all groups that share that of `group`, and their key, which stays where the mesh does."""
-    frames, reference = probed_frames(context, tracking, group.source), references.meshes[group.index]
+    frames, reference = SegmentTrials(context, tracking, references.bodies).probes(group.source), references.meshes[group.index]
     key = digest(REFINEMENT_SCHEMA, fitting_groups(context, references)[group.index].key, frames)
     entry = f"{group.folder}reference/refined_{context.numbers[group.source[0]]:04d}"
     mesh = context.cache.load_result(entry, key, ReferenceMesh)

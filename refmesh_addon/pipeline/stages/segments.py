@@ -20,8 +20,7 @@ from .marked_bodies import bodies_apart
 from .reference import GroupedFrames, group_frames
 from .tracking_result import TrackingResult
 
-PLAN_SCHEMA = 2
-OWN_FOLDER = "own/"  # in the cache, for groups with a mesh of their own within a run
+PLAN_SCHEMA = 3
 LONGEST_VIEW = 30  # frames of an open take that one mesh is tried on: a second, in which a camera sees much the same
 BAD = "the frames before are bad and are left out"
 VIEW = "what the camera sees has changed"
@@ -59,13 +58,12 @@ class Cuts(FrozenArrays):
 
     starts : (N,) index of the first frame of each run.  reasons : of each.
     sources : (N, 2) from where to before where the frames are that its mesh is made from.
-    own : (N,) bool, whether a group within a run has a mesh of its own.  state, spent : as in `SegmentPlan`.
+    state, spent : as in `SegmentPlan`.
     """
 
     starts: Annotated[np.ndarray, "(N) integer"]
     reasons: tuple[str, ...]
     sources: Annotated[np.ndarray, "(N, 2) integer"]
-    own: Annotated[np.ndarray, "(N) bool"]
     state: int
     spent: int
 
@@ -74,7 +72,14 @@ class Cuts(FrozenArrays):
         """Of runs that each have a mesh of all their frames.  stop : frames of the take."""
         ordered = sorted(starts)
         sources = np.column_stack([ordered, [*ordered[1:], stop]])
-        return cls(np.array(ordered), tuple(starts[start] for start in ordered), sources, np.zeros(len(ordered), bool), state, spent)
+        return cls(np.array(ordered), tuple(starts[start] for start in ordered), sources, state, spent)
+
+
+def run_folder(context: Context, source: tuple[int, ...]) -> str:
+    """In the cache, for what depends on the mesh of some frames. What was tried need not be done again where it becomes a run."""
+    first, last = context.numbers[source[0]], context.numbers[source[-1]]
+    sampled = "" if len(source) == source[-1] - source[0] + 1 else "_sampled"
+    return "" if len(source) == len(context.frames) else f"runs/{first:04d}_{last:04d}{sampled}/"
 
 
 def first_plan(context: Context, tracking: TrackingResult) -> SegmentPlan:
@@ -103,6 +108,11 @@ def kept_plan(context: Context, tracking: TrackingResult, bodies: np.ndarray | N
     """The plan of some cuts, which the next run begins with.  bodies : (C,) that must be apart, or None."""
     context.cache.save_result("segments/plan", _plan_key(context, tracking, bodies), cuts)
     return _plan(context, tracking, bodies, cuts)
+
+
+def in_folders(context: Context, grouped: GroupedFrames) -> GroupedFrames:
+    """The groups with the folders of their meshes."""
+    return replace(grouped, groups=tuple(replace(group, folder=run_folder(context, group.source)) for group in grouped.groups))
 
 
 def _mode(context: Context, tracking: TrackingResult) -> str:
@@ -144,8 +154,7 @@ def _plan(context: Context, tracking: TrackingResult, bodies: np.ndarray | None,
     ends = [*cuts.starts[1:].tolist(), len(context.frames)]
     runs = [tuple(range(start, end)) for start, end in zip(cuts.starts.tolist(), ends, strict=True)]
     grouped = group_frames(context, tracking, bodies, runs, [tuple(range(*source)) for source in cuts.sources.tolist()], segment=True)
-    groups = (replace(group, folder=OWN_FOLDER if own else "") for group, own in zip(grouped.groups, cuts.own.tolist(), strict=True))
-    return SegmentPlan(replace(grouped, groups=tuple(groups)), cuts.reasons, cuts.state, cuts.spent)
+    return SegmentPlan(in_folders(context, grouped), cuts.reasons, cuts.state, cuts.spent)
 
 
 def _plan_key(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> str:

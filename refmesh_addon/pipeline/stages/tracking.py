@@ -95,7 +95,8 @@ def enclosed_volume(body: TriangleMesh, path: Path, settings: TrackingSettings) 
     try:
         return sample_volume(body, settings.resolution, settings.centers)
     except ValueError as error:
-        raise RefMeshError(f"{path}: too little volume to track ({error}); RefMesh needs closed bodies") from error
+        remedy = "RefMesh needs closed bodies, or surfaces that are seen from the front; --frames leaves this frame out"
+        raise RefMeshError(f"{path}: too little volume to track ({error}); {remedy}") from error
 
 
 def _result(context: Context, own: _Pass, keys: list[str], last: TrackedFrame) -> tuple[TrackedFrames, TrackingResult]:
