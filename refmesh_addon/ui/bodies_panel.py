@@ -20,7 +20,7 @@ class REFMESH_PT_bodies(CentersPanel, bpy.types.Panel):
     def draw(self, context):
         layout, state = self.layout, sequence_object(context).refmesh
         for line in state.bodies.splitlines():
-            layout.label(text=line, icon="POINTCLOUD_DATA")
+            draw_wrapped(layout, context, line, icon="POINTCLOUD_DATA")
         try:
             marks = parse_marks(state.settings.apart)
         except RefMeshError as error:
