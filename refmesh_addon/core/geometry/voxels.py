@@ -44,7 +44,12 @@ def grid_around(vertices: np.ndarray, resolution: int) -> Grid:
     longest = float((high - low).max())
     if not longest > 0:
         raise ValueError("the vertices span no length, so there is no volume to fill")
-    spacing = longest / resolution
+    return grid_of(vertices, longest / resolution)
+
+
+def grid_of(vertices: np.ndarray, spacing: float) -> Grid:
+    """The grid over the bounding box of (V, 3) vertices, with voxels of a side of `spacing`, scene units."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
     shape = np.maximum(np.ceil((high - low) / spacing - WHOLE), 1).astype(int)
     x, y, z = (int(count) for count in shape)
     return Grid((low + high) / 2 - shape * spacing / 2, spacing, (x, y, z))

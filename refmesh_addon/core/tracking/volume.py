@@ -3,6 +3,9 @@
 Filling decides at the full resolution what is inside; Lloyd's integrals do not need every voxel. Blocks of voxels with
 their exact mass and centroid serve as well: with some hundred blocks per center the pull differs from the one over
 all voxels by far less than a voxel, at a small part of the cost.
+
+The grid is turned against the axes of the scene. Floors, walls and boxes lie along these, and a whole face would gain or lose a layer of
+voxels at once where it passes their centers: centers then slide to and fro behind it, and end up elsewhere.
 """
 
 from __future__ import annotations
@@ -13,11 +16,14 @@ from typing import Annotated
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
-from ..geometry.voxels import fill, grid_around
+from ..geometry.voxels import fill, grid_around, grid_of
 from ..types import FrozenArrays, TriangleMesh
 
 SAMPLES_PER_CENTER = (8, 32, 200)  # blocks per center on each level, at least, coarse to fine
+# Rotation vector of the grid, radians. Steps of a tilted face average out over it; the boxes around turned bodies are hardly larger.
+TURN = (0.126, -0.222, 0.159)
 
 
 @dataclass(frozen=True)
@@ -69,8 +75,10 @@ def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
     >>> round(volume.center_spacing(50), 2)
     0.44
     """
-    grid = grid_around(mesh.vertices, resolution)
-    inside = fill(mesh, grid)
+    turn, middle = Rotation.from_rotvec(TURN).as_matrix(), mesh.vertices.mean(axis=0)
+    turned = mesh.moved((mesh.vertices - middle) @ turn)
+    grid = grid_of(turned.vertices, grid_around(mesh.vertices, resolution).spacing)
+    inside = fill(turned, grid)
     filled = int(np.count_nonzero(inside))
     if filled < count:
         raise ValueError(f"only {filled} voxels lie inside at resolution {resolution}, too few for {count} centers")
@@ -79,7 +87,8 @@ def sample_volume(mesh: TriangleMesh, resolution: int, count: int) -> Volume:
     for edge in dict.fromkeys(finest * max(1, edge // finest) for edge in reversed(coarse)):
         if edge > finest:
             blocks.append(_joined(blocks[0], edge // finest))
-    levels = (VolumeSamples(grid.origin + (b.centroids + 0.5) * grid.spacing, b.masses, grid.spacing * b.edge) for b in reversed(blocks))
+    placed = lambda centroids: (grid.origin + (centroids + 0.5) * grid.spacing) @ turn.T + middle
+    levels = (VolumeSamples(placed(b.centroids), b.masses, grid.spacing * b.edge) for b in reversed(blocks))
     return Volume(tuple(levels), grid.spacing, filled * grid.spacing**3)
 
 

@@ -22,7 +22,7 @@ from .moving_bodies import report_bodies, take_bodies
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
-TRACKING_SCHEMA = 8
+TRACKING_SCHEMA = 9
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "state"  # all that the next frame needs; only that of the last frame is kept
 

@@ -5,10 +5,11 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.geometry.mesh import signed_volume
-from refmesh_addon.core.geometry.voxels import fill, grid_around
-from refmesh_addon.core.tracking.volume import SAMPLES_PER_CENTER, sample_volume
+from refmesh_addon.core.geometry.voxels import fill, grid_around, grid_of
+from refmesh_addon.core.tracking.volume import SAMPLES_PER_CENTER, TURN, sample_volume
 from refmesh_addon.core.types import TriangleMesh
 
 from ..shapes import QUARTER_TURN, TILT, ball, box, joined, moved, torus
@@ -18,13 +19,16 @@ RESOLUTION, CENTERS = 48, 20
 
 
 def filled(mesh, resolution):
-    grid = grid_around(mesh.vertices, resolution)
-    return grid, fill(mesh, grid)
+    """The turned grid, which of its voxels are filled, and what takes points of the grid to the scene."""
+    turn, middle = Rotation.from_rotvec(TURN), mesh.vertices.mean(axis=0)
+    turned = mesh.moved(turn.apply(mesh.vertices - middle, inverse=True))
+    grid = grid_of(turned.vertices, grid_around(mesh.vertices, resolution).spacing)
+    return grid, fill(turned, grid), lambda points: turn.apply(points) + middle
 
 
 def test_every_level_keeps_the_mass_and_the_centroid_of_all_voxels():
-    grid, inside = filled(BODY, RESOLUTION)
-    centroid = grid.positions(inside).mean(axis=0)
+    grid, inside, placed = filled(BODY, RESOLUTION)
+    centroid = placed(grid.positions(inside).mean(axis=0))
     volume = sample_volume(BODY, RESOLUTION, CENTERS)
     assert len(volume.levels) == len(SAMPLES_PER_CENTER)
     for level in volume.levels:
@@ -44,11 +48,11 @@ def blocks_by_loop(grid, inside, factor):
 
 
 def test_blocks_same_as_a_loop():
-    grid, inside = filled(BODY, RESOLUTION)
+    grid, inside, placed = filled(BODY, RESOLUTION)
     for level in sample_volume(BODY, RESOLUTION, CENTERS).levels:
         masses, centroids = blocks_by_loop(grid, inside, round(level.spacing / grid.spacing))
         assert_allclose(level.masses, masses)
-        assert_allclose(level.positions, centroids, atol=1e-5 * grid.spacing)
+        assert_allclose(level.positions, placed(centroids), atol=1e-5 * grid.spacing)
 
 
 def test_levels_go_from_coarse_to_fine_and_hold_enough_samples():
@@ -65,9 +69,9 @@ def test_levels_go_from_coarse_to_fine_and_hold_enough_samples():
 
 def test_many_centers_get_every_voxel_by_itself():
     volume = sample_volume(BODY, RESOLUTION, 2000)
-    grid, inside = filled(BODY, RESOLUTION)
+    grid, inside, placed = filled(BODY, RESOLUTION)
     assert volume.finest.spacing == grid.spacing
-    assert_allclose(volume.finest.positions, grid.positions(inside))
+    assert_allclose(volume.finest.positions, placed(grid.positions(inside)))
     assert (volume.finest.masses == 1).all()
 
 
@@ -91,13 +95,21 @@ def test_samples_move_and_scale_with_the_body(change):
 
 def test_a_quarter_turn_keeps_size_mass_and_turned_centroid():
     plain, turned = sample_volume(BODY, RESOLUTION, CENTERS), sample_volume(moved(BODY, QUARTER_TURN), RESOLUTION, CENTERS)
-    assert turned.size == pytest.approx(plain.size, rel=1e-9)
+    assert turned.size == pytest.approx(plain.size, rel=0.003)
     middle, turned_middle = (v.finest.masses @ v.finest.positions / v.finest.masses.sum() for v in (plain, turned))
-    assert_allclose(turned_middle, QUARTER_TURN @ middle, atol=1e-5 * plain.voxel)
+    assert_allclose(turned_middle, QUARTER_TURN @ middle, atol=0.1 * plain.voxel)
+
+
+def test_faces_along_the_axes_are_in_their_place_to_a_fraction_of_a_voxel():
+    resolution, voxel = 40, 2.0 / 40
+    for share in np.linspace(0.0, 1.0, 8, endpoint=False):
+        side = 1.0 + share * voxel  # a grid along the axes rounds it to whole voxels
+        size = sample_volume(box((2.0, side, 1.2)), resolution, 50).size
+        assert size / (2.0 * 1.2) == pytest.approx(side, abs=0.1 * voxel)
 
 
 def test_too_few_voxels_are_refused_with_figures():
-    with pytest.raises(ValueError, match="only 8 voxels lie inside at resolution 2, too few for 9 centers"):
+    with pytest.raises(ValueError, match="only 7 voxels lie inside at resolution 2, too few for 9 centers"):
         sample_volume(box((1.0, 1.0, 1.0)), 2, 9)
 
 
