@@ -27,8 +27,9 @@ from .drift import Take, takes
 from .frames import CACHE, frames_folder
 from .trajectories import CASES, Case
 
-LONG_TAKES = ("walk", "beam", "tumble", "clasp", "gears")  # limbs, bend and twist, a turn of all, contact, bodies against each other
-AFFORDABLE = {"centers": 400, "resolution": 96, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000, "triangles": 8000}
+# Limbs, bending, twisting, a turn of the whole body, contact, bodies against each other.
+LONG_TAKES = ("walk", "bend", "twist", "tumble", "clasp", "gears")
+AFFORDABLE = {"centers": 400, "resolution": 128, "alignment_steps": 3, "fit_rounds": 4, "samples": 10_000, "triangles": 8000}
 
 
 def drift_at_the_ends(runs: list[Take]) -> dict[str, float]:

@@ -30,8 +30,21 @@ def beam() -> Sequence:
     return _twisted_and_bent("beam", BEAM)
 
 
+def bend() -> Sequence:
+    """The bar of `beam` bent into nearly half a circle."""
+    return _deformed(bend.__name__, BEAM, Bend(3.0, lambda t: 2.5 * t))
+
+
+def twist() -> Sequence:
+    """The bar of `beam` twisted by a third of a turn from end to end."""
+    return _deformed(twist.__name__, BEAM, Twist(lambda t: 0.65 * t))
+
+
 def _twisted_and_bent(name: str, solid: Field) -> Sequence:
-    motion = Chain((Twist(lambda t: 0.5 * t), Bend(3.0, lambda t: 1.5 * t)))
+    return _deformed(name, solid, Chain((Twist(lambda t: 0.5 * t), Bend(3.0, lambda t: 1.5 * t))))
+
+
+def _deformed(name: str, solid: Field, motion: Motion) -> Sequence:
     return Sequence(name, (Body((Part(solid, motion),)),), center=(1.5, 0, 0.7), reach=2.8, cell=0.09)
 
 
@@ -104,4 +117,4 @@ def ramp(time: float, start: float, end: float) -> float:
     return share * share * (3.0 - 2.0 * share)
 
 
-SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, collide, appear, clasp, grasp, gears, engaged, walk)}
+SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, bend, twist, collide, appear, clasp, grasp, gears, engaged, walk)}

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from sample_scenes.generators import SEQUENCES
 
 # Number of connected surfaces at the start, in the middle and at the end.
-COMPONENTS = {"tumble": (1, 1, 1), "beam": (1, 1, 1), "bar": (1, 1, 1), "appear": (1, 2, 2)}
+COMPONENTS = {"tumble": (1, 1, 1), "beam": (1, 1, 1), "bar": (1, 1, 1), "bend": (1, 1, 1), "twist": (1, 1, 1), "appear": (1, 2, 2)}
 COMPONENTS |= {"gears": (2, 2, 2), "engaged": (1, 1, 1), "walk": (1, 1, 1)}
 COMPONENTS |= {"collide": (2, 1, 2), "clasp": (2, 1, 2), "grasp": (2, 1, 2)}
 
