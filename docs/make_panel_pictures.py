@@ -21,12 +21,12 @@ QUICK = {"segments": "groups", "group_size": 3, "centers": 300, "resolution": 64
 QUICK |= {"alignment_steps": 1, "fit_rounds": 1, "samples": 1000}
 # Page -> the panels in its picture and its height in pixels.
 PAGES = {
-    "sequence": ("sequence", 250),
-    "track": ("track track_advanced centers", 392),
-    "reference": ("reference groups bodies", 545),
+    "sequence": ("sequence", 270),
+    "track": ("track track_advanced centers", 446),
+    "reference": ("reference groups bodies", 676),
     "deform": ("deform", 388),
-    "color": ("color", 214),
-    "export": ("export", 112),
+    "color": ("color", 212),
+    "export": ("export", 202),
 }
 
 

@@ -40,7 +40,7 @@ class REFMESH_PT_export(SequencePanel, bpy.types.Panel):
         column = layout.column()
         column.enabled = deformed
         column.label(text="Quality of Small Files")
-        column.row(align=True).prop(state, "export_quality", expand=True)
+        column.prop(state, "export_quality", text="")
         if state.export_estimates:
             for line in state.export_estimates.splitlines():
                 draw_wrapped(column, context, line)
