@@ -99,12 +99,12 @@ def judge(case: Case, positions: np.ndarray, spacing: float) -> Judgement:
 def figures(case: Case, states: list[TrackedFrame], last: Volume, seconds: float) -> dict[str, float]:
     """What is reported of one case."""
     spacing, first = states[0].affinity.spacing, len(states[0].centers)  # those that are born later are judged by their number
-    positions, living = (np.stack([getattr(state, name)[:first] for state in states]) for name in ("centers", "living"))
+    positions, active_centers = (np.stack([getattr(state, name)[:first] for state in states]) for name in ("centers", "active_centers"))
     judgement = judge(case, positions, spacing)
-    judgement = replace(judgement, wrong=judgement.wrong & living, judged=judgement.judged & living)
+    judgement = replace(judgement, wrong=judgement.wrong & active_centers, judged=judgement.judged & active_centers)
     errors, dfu = judgement.errors[judgement.judged], [state.dfu for state in states]
     wrong = judgement.wrong.sum(axis=1) / np.maximum(judgement.judged.sum(axis=1), 1)
-    end = states[-1].centers[states[-1].living]
+    end = states[-1].centers[states[-1].active_centers]
     inside = case.depths(end, case.times[-1]).min(axis=0) < LOST * spacing
     result = {
         "median": np.median(errors),

@@ -154,8 +154,7 @@ class BadFrameReport:
     """A frame in which something is lost, doubled or leaps away for a moment, and which is not fitted.
 
     frame : number.  reason : what is wrong with it.  position : about where, in the coordinates of the input.
-    before, after : numbers of the frames around that agree.  bridged : whether its mesh moves from the one to the other; otherwise
-    that of the frame before is held.
+    before, after : numbers of the frames around that agree.  bridged : whether its mesh moves between these, or that before is held.
     """
 
     frame: int

@@ -36,7 +36,7 @@ class TrackedFrame(FrozenArrays):
 
     centers, before : (C, 3) in this frame and the one before (the same array for the first).
     cells : of the centers in this frame's volume.  arap_energy : in s^2.  steps : number of steps.
-    alive : (C,) bool, False for centers that were retired; None where all live.
+    active : (C,) bool, False for centers that were retired; None where all are.
     """
 
     centers: Annotated[np.ndarray, "(C, 3) float64"]
@@ -45,17 +45,17 @@ class TrackedFrame(FrozenArrays):
     cells: Cells
     arap_energy: float
     steps: int
-    alive: Annotated[np.ndarray, "(C) bool"] | None = None
+    active: Annotated[np.ndarray, "(C) bool"] | None = None
 
     @property
-    def living(self) -> np.ndarray:
+    def active_centers(self) -> np.ndarray:
         """(C,) bool, which centers were not retired."""
-        return np.ones(len(self.centers), dtype=bool) if self.alive is None else self.alive
+        return np.ones(len(self.centers), dtype=bool) if self.active is None else self.active
 
     @property
     def dfu(self) -> float:
         """Standard deviation over mean of the voxels per center."""
-        return replace(self.cells, masses=self.cells.masses[self.living]).non_uniformity
+        return replace(self.cells, masses=self.cells.masses[self.active_centers]).non_uniformity
 
     @property
     def lloyd_energy(self) -> float:

@@ -49,17 +49,17 @@ def advanced(last: TrackedFrame, volume: Volume, change: Change, settings: Track
 
 
 def followed(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
-    """`next_frame` for the living centers; retired ones stay where they are."""
-    if last.alive is None:
+    """`next_frame` for the active centers; retired ones stay where they are."""
+    if last.active is None:
         return next_frame(last, volume, settings)
-    chosen = np.flatnonzero(last.alive)
+    chosen = np.flatnonzero(last.active)
     return _merged(last, chosen, next_frame(_restricted(last, chosen), volume, settings))
 
 
 def retired(state: TrackedFrame, body: TriangleMesh) -> TrackedFrame:
     """The state without the centers inside a body that leaves; at least one center stays.  body : closed, in the frame of the state."""
-    remaining = state.living & ~enclosed_by(body)(state.centers)
-    return replace(state, alive=remaining) if remaining.any() else state
+    remaining = state.active_centers & ~enclosed_by(body)(state.centers)
+    return replace(state, active=remaining) if remaining.any() else state
 
 
 def with_born(state: TrackedFrame, body: TriangleMesh, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
@@ -71,17 +71,17 @@ def with_born(state: TrackedFrame, body: TriangleMesh, volume: Volume, settings:
     own = sample_volume(body, settings.resolution, FEWEST)
     count = max(FEWEST, round(own.size / spacing**3))
     born = lloyd.spread(sample_volume(body, settings.resolution, count), count)
-    alive = np.concatenate([state.living, np.ones(count, dtype=bool)])
+    active = np.concatenate([state.active_centers, np.ones(count, dtype=bool)])
     centers = np.concatenate([state.centers, born])
-    cells = lloyd.cells(centers[alive], Ownership(volume.finest))
+    cells = lloyd.cells(centers[active], Ownership(volume.finest))
     return TrackedFrame(
         centers,
         np.concatenate([state.before, born]),
         _joined(state.affinity, near_pairs(born, spacing)),
-        _spread_out(cells, np.flatnonzero(alive), centers),
+        _spread_out(cells, np.flatnonzero(active), centers),
         state.arap_energy,
         state.steps,
-        alive,
+        active,
     )
 
 
@@ -93,7 +93,7 @@ def _restricted(state: TrackedFrame, chosen: np.ndarray) -> TrackedFrame:
     kept = _within(pairs, number)
     first, second = number[pairs.first[kept]], number[pairs.second[kept]]
     affinity = Affinity(first, second, pairs.separation[kept], pairs.agreement[kept], len(chosen), pairs.spacing)
-    return replace(state, centers=state.centers[chosen], before=state.before[chosen], affinity=affinity, cells=cells, alive=None)
+    return replace(state, centers=state.centers[chosen], before=state.before[chosen], affinity=affinity, cells=cells, active=None)
 
 
 def _merged(last: TrackedFrame, chosen: np.ndarray, moved: TrackedFrame) -> TrackedFrame:
@@ -105,7 +105,7 @@ def _merged(last: TrackedFrame, chosen: np.ndarray, moved: TrackedFrame) -> Trac
     separation[kept], agreement[kept] = moved.affinity.separation, moved.affinity.agreement
     affinity = replace(last.affinity, separation=separation, agreement=agreement)
     return TrackedFrame(
-        centers, last.centers, affinity, _spread_out(moved.cells, chosen, centers), moved.arap_energy, moved.steps, last.alive
+        centers, last.centers, affinity, _spread_out(moved.cells, chosen, centers), moved.arap_energy, moved.steps, last.active
     )
 
 

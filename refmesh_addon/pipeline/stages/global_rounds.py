@@ -29,7 +29,7 @@ GLOBAL_SCHEMA = 3
 @dataclass(frozen=True)
 class GlobalRound(FrozenArrays):
     """positions : (F, C, 3) after the round.  kept : (C,) indices of the centers before it that they are.
-    alive : (F, C) bool, which centers there are; None where all are there in all frames.
+    active : (F, C) bool, which centers there are; None where all are there in all frames.
     energies : of the start and after each iteration.  affinity : (C, C) weights.
     """
 
@@ -37,7 +37,7 @@ class GlobalRound(FrozenArrays):
     kept: Annotated[np.ndarray, "(C) integer"]
     energies: Annotated[np.ndarray, "(N) float64"]
     affinity: sparse.csr_matrix
-    alive: Annotated[np.ndarray, "(F, C) bool"] | None = None
+    active: Annotated[np.ndarray, "(F, C) bool"] | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def optimize_globally(context: Context, forward: TrackingResult) -> TrackingResu
 
 
 def _ever_there(tracking: TrackingResult) -> int:
-    return tracking.positions.shape[1] if tracking.alive is None else int(tracking.alive.any(axis=0).sum())
+    return tracking.positions.shape[1] if tracking.active is None else int(tracking.active.any(axis=0).sum())
 
 
 def _after_round(context: Context, last: TrackingResult, index: int) -> tuple[TrackingResult, np.ndarray]:
@@ -77,7 +77,7 @@ def _after_round(context: Context, last: TrackingResult, index: int) -> tuple[Tr
     StageShare(TRACKING, FORWARD_SHARE).skip(context.notify, (index + 1) / context.settings.tracking.global_rounds)
     following = replace(whole, load_affinity=lambda: done.affinity, key=key)
     moving = None if last.moving is None else last.moving[done.kept]
-    return replace(last, positions=done.positions, ranges=(following,), alive=done.alive, moving=moving), done.energies
+    return replace(last, positions=done.positions, ranges=(following,), active=done.active, moving=moving), done.energies
 
 
 def _optimized(context: Context, last: TrackingResult, index: int) -> GlobalRound:
@@ -85,16 +85,16 @@ def _optimized(context: Context, last: TrackingResult, index: int) -> GlobalRoun
     runs = divided([tuple(range(len(last.positions)))], last.changes)
     share = lambda part: StageShare(TRACKING, FORWARD_SHARE).part((index + part) / rounds, (index + part + 1 / len(runs)) / rounds)
     parts = [_optimized_run(context, last, run, share(number / len(runs))) for number, run in enumerate(runs)]
-    if last.alive is None:
+    if last.active is None:
         (done,) = parts
         return GlobalRound(done.positions, done.kept, done.energies, done.affinity.weights())
-    positions, alive = last.positions.copy(), np.zeros_like(last.alive)
+    positions, active = last.positions.copy(), np.zeros_like(last.active)
     for run, done in zip(runs, parts, strict=True):
         kept = last.members(run[0])[done.kept]
-        positions[np.ix_(run, kept)], alive[np.ix_(run, kept)] = done.positions, True
+        positions[np.ix_(run, kept)], active[np.ix_(run, kept)] = done.positions, True
     # Affinities of the whole take stay those of forward tracking: no run alone knows what others show apart.
     everyone = np.arange(positions.shape[1])
-    return GlobalRound(positions, everyone, _total(runs, [done.energies for done in parts]), whole.load_affinity(), alive)
+    return GlobalRound(positions, everyone, _total(runs, [done.energies for done in parts]), whole.load_affinity(), active)
 
 
 def _optimized_run(context: Context, last: TrackingResult, run: tuple[int, ...], share: StageShare) -> Optimized:

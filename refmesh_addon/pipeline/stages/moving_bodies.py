@@ -29,7 +29,7 @@ def _bodies(tracking: TrackingResult) -> TakeBodies:
     (whole,) = tracking.ranges
     known = bodies_of(tracking.positions[0], whole.load_affinity())
     # Centers that are born have no place in the first frame.
-    start = touching_bodies(tracking.positions[0], whole.spacing) if tracking.alive is None else None
+    start = touching_bodies(tracking.positions[0], whole.spacing) if tracking.active is None else None
     return bodies_by_motion(tracking.positions, whole.spacing, known, start)
 
 

@@ -22,7 +22,7 @@ from .moving_bodies import report_bodies, take_bodies
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
-TRACKING_SCHEMA = 9
+TRACKING_SCHEMA = 10
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "state"  # all that the next frame needs; only that of the last frame is kept
 
@@ -104,8 +104,8 @@ def _result(context: Context, own: _Pass, keys: list[str], last: TrackedFrame) -
     affinity = last.affinity
     whole = TrackedRange(len(keys), affinity.spacing, keys[-1], affinity.weights)
     jumps = frames.volume_jumps() if context.frames.take is None else ()  # of an open take, more is seen at one time than at another
-    alive = None if frames.alive.all() else frames.alive
-    return frames, TrackingResult(frames.centers, (whole,), tuple(jumps), alive)
+    active = None if frames.active.all() else frames.active
+    return frames, TrackingResult(frames.centers, (whole,), tuple(jumps), active)
 
 
 def _tracked(context: Context, own: _Pass, index: int, key: str) -> TrackedFrames:

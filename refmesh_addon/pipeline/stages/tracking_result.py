@@ -24,7 +24,7 @@ class TrackedFrames(FrozenArrays):
     centers : (F, C, 3) scene units.  dfu : (F,) standard deviation over mean of the voxels per center.
     lloyd_energy, arap_energy : (F,) in s^2.  steps : (F,) taken until the centers came to rest.
     volume : (F,) enclosed, scene units cubed.  outside : (F,) share of the centers that lie outside the surface.
-    alive : (F, C) bool, which centers there are; the others are where they are first, or were last.
+    active : (F, C) bool, which centers there are; the others are where they are first, or were last.
     """
 
     centers: Annotated[np.ndarray, "(F, C, 3) float64"]
@@ -34,15 +34,15 @@ class TrackedFrames(FrozenArrays):
     steps: Annotated[np.ndarray, "(F) integer"]
     volume: Annotated[np.ndarray, "(F) float64"]
     outside: Annotated[np.ndarray, "(F) float64"]
-    alive: Annotated[np.ndarray, "(F, C) bool"]
+    active: Annotated[np.ndarray, "(F, C) bool"]
 
     @classmethod
     def of(cls, state: TrackedFrame, volume: Volume, path: object) -> TrackedFrames:
         """One frame. Raises RefMeshError, naming the file, when the centers were lost."""
         if not np.isfinite(state.centers).all():
             raise RefMeshError(f"{path}: the centers were lost here; leave this frame out with --frames")
-        outside = np.mean(volume.finest.tree.query(state.centers[state.living])[0] > volume.finest.spacing)
-        values = (state.centers, state.dfu, state.lloyd_energy, state.arap_energy, state.steps, volume.size, outside, state.living)
+        outside = np.mean(volume.finest.tree.query(state.centers[state.active_centers])[0] > volume.finest.spacing)
+        values = (state.centers, state.dfu, state.lloyd_energy, state.arap_energy, state.steps, volume.size, outside, state.active_centers)
         return cls(*(np.asarray(value)[None] for value in values))
 
     @classmethod
@@ -54,24 +54,24 @@ class TrackedFrames(FrozenArrays):
             if born:
                 places = np.broadcast_to(padded[-1].centers[0, -born:], (len(part.centers), born, 3))
                 centers = np.concatenate([part.centers, places], axis=1)
-                part = replace(part, centers=centers, alive=np.pad(part.alive, ((0, 0), (0, born))))
+                part = replace(part, centers=centers, active=np.pad(part.active, ((0, 0), (0, born))))
             padded.append(part)
         return cls(*(np.concatenate([getattr(part, item.name) for part in reversed(padded)]) for item in fields(cls)))
 
     def renumbered(self, count: int, order: np.ndarray) -> TrackedFrames:
         """The first `count` frames, with center order[i] in place of center i.  order : (C,) int."""
         first = {item.name: getattr(self, item.name)[:count] for item in fields(self)}
-        return TrackedFrames(**{**first, "centers": self.centers[:count, order], "alive": self.alive[:count, order]})
+        return TrackedFrames(**{**first, "centers": self.centers[:count, order], "active": self.active[:count, order]})
 
     @property
     def born(self) -> np.ndarray:
         """(F,) how many centers are there for the first time."""
-        return np.append(0, (self.alive[1:] & ~self.alive[:-1]).sum(axis=1))
+        return np.append(0, (self.active[1:] & ~self.active[:-1]).sum(axis=1))
 
     @property
     def retired(self) -> np.ndarray:
         """(F,) how many centers are no longer there."""
-        return np.append(0, (~self.alive[1:] & self.alive[:-1]).sum(axis=1))
+        return np.append(0, (~self.active[1:] & self.active[:-1]).sum(axis=1))
 
     def volume_jumps(self) -> dict[int, float]:
         """Row of each frame that encloses far more or less volume than the one before -> how much, as a share."""
@@ -98,31 +98,31 @@ class TrackedRange:
 @dataclass(frozen=True)
 class TrackingResult:
     """positions : (F, C, 3).  ranges : in order, all frames together.  jumps : frames in which something appeared or left, by index.
-    alive : (F, C) bool, which centers there are; None where all are there in all frames.
+    active : (F, C) bool, which centers there are; None where all are there in all frames.
     moving : (C,) number of the body of each center, where some are shown apart by their motion only; otherwise None.
     """
 
     positions: np.ndarray
     ranges: tuple[TrackedRange, ...]
     jumps: tuple[int, ...] = ()
-    alive: np.ndarray | None = None
+    active: np.ndarray | None = None
     moving: np.ndarray | None = None
 
     @property
     def changes(self) -> tuple[int, ...]:
         """Frames, by index, in which centers are born or no longer there: no mesh serves both sides."""
-        if self.alive is None:
+        if self.active is None:
             return ()
-        return tuple((np.flatnonzero((self.alive[1:] != self.alive[:-1]).any(axis=1)) + 1).tolist())
+        return tuple((np.flatnonzero((self.active[1:] != self.active[:-1]).any(axis=1)) + 1).tolist())
 
     def members(self, frame: int) -> np.ndarray:
         """(N,) indices of the centers that are there in a frame."""
-        return np.arange(self.positions.shape[1]) if self.alive is None else np.flatnonzero(self.alive[frame])
+        return np.arange(self.positions.shape[1]) if self.active is None else np.flatnonzero(self.active[frame])
 
     def affinity_at(self, frame: int) -> sparse.csr_matrix:
         """Affinities among the members of a frame, after the last frame of its range."""
         affinity = self.range_of(frame).load_affinity()
-        return affinity if self.alive is None else affinity[self.members(frame)][:, self.members(frame)].tocsr()
+        return affinity if self.active is None else affinity[self.members(frame)][:, self.members(frame)].tocsr()
 
     def range_of(self, index: int) -> TrackedRange:
         """The range that holds a frame, by its index."""

@@ -55,7 +55,7 @@ def test_the_centers_of_other_bodies_move_as_if_nothing_had_come(alone):
 def test_the_centers_of_a_body_that_leaves_stay_behind_and_the_others_move_on(alone):
     state = with_prop(first_frame(alone[0], SETTINGS), 1)
     left = advanced(state, alone[2], Change(prop(1), None, alone[2]), SETTINGS)
-    assert_array_equal(left.living, np.arange(len(state.centers)) < 60)
+    assert_array_equal(left.active_centers, np.arange(len(state.centers)) < 60)
     assert_array_equal(left.centers[60:], state.centers[60:])
     assert_allclose((left.centers - state.centers)[:60].mean(axis=0), STEP, atol=0.02)
     assert left.dfu < 0.3
@@ -66,12 +66,12 @@ def test_something_comes_while_something_else_leaves(alone):
     other = ball(3, 0.5, (0.0, -3.0, 0.0))
     whole = volume(joined(body(2), other))
     changed = advanced(state, whole, Change(prop(1), other, alone[2]), SETTINGS)
-    assert_array_equal(changed.living[:60], True)
-    assert not changed.living[60 : len(state.centers)].any() and changed.living[len(state.centers) :].all()
+    assert_array_equal(changed.active_centers[:60], True)
+    assert not changed.active_centers[60 : len(state.centers)].any() and changed.active_centers[len(state.centers) :].all()
     followed = advanced(changed, whole, Change(None, None, whole), SETTINGS)
-    assert np.linalg.norm(followed.centers - changed.centers, axis=1)[changed.living].max() < 0.1
+    assert np.linalg.norm(followed.centers - changed.centers, axis=1)[changed.active_centers].max() < 0.1
 
 
 def test_one_center_at_least_stays(alone):
     state = first_frame(alone[0], SETTINGS)
-    assert advanced(state, alone[1], Change(body(0), None, alone[1]), SETTINGS).living.all()
+    assert advanced(state, alone[1], Change(body(0), None, alone[1]), SETTINGS).active_centers.all()
