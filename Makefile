@@ -10,7 +10,7 @@ PYTEST := $(RUN) -m pytest -q --durations=10
 LOCK := build/lock/bin/uv pip compile --quiet --upgrade --generate-hashes --no-annotate --no-emit-index-url \
 	--custom-compile-command "make lock"
 
-.PHONY: help environment demo test fuzz peers viewers web-viewer lint samples pictures pages extension test-extension lock clean
+.PHONY: help environment demo test tests-without-bpy tests-with-bpy fuzz peers viewers web-viewer lint samples pictures pages extension test-extension lock clean
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -25,11 +25,14 @@ demo: environment
 
 ## make test       all tests
 test: environment
+	@$(MAKE) --no-print-directory --keep-going --jobs=2 tests-without-bpy tests-with-bpy
+
+tests-without-bpy:
+	@$(PYTEST) tests $(BPY_TESTS:%=--ignore=%)
+
+tests-with-bpy:
 	@mkdir -p build
-	@$(PYTEST) $(BPY_TESTS) > $(BPY_TESTS_LOG) 2>&1 & with_bpy=$$!; status=0; \
-	$(PYTEST) tests $(BPY_TESTS:%=--ignore=%) || status=1; \
-	wait $$with_bpy || status=1; \
-	cat $(BPY_TESTS_LOG); exit $$status
+	@$(PYTEST) $(BPY_TESTS) > $(BPY_TESTS_LOG) 2>&1; status=$$?; cat $(BPY_TESTS_LOG); exit $$status
 
 ## make fuzz       read 100,000 damaged files of all kinds in child processes with limits, and decode 20,000 damaged .refmesh files
 fuzz: environment

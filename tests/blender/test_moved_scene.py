@@ -14,6 +14,7 @@ from refmesh_addon.bridge.scene.playback import CACHE_NAME
 from refmesh_addon.io.meshes import read_mesh
 
 from .conftest import NUMBERS, place, reference, write_results
+from .test_jobs import TINY
 
 
 @pytest.fixture
@@ -146,7 +147,7 @@ def test_frames_elsewhere_are_said_and_pointed_at_again(blender, project, tmp_pa
     else:
         blender.ops.refmesh.relocate_frames(filepath=str(tmp_path / "archive" / "take 3" / "ball_0008.obj"))
     check_plays(owner)
-    assert blender.ops.refmesh.evaluate() == {"FINISHED"}
+    assert blender.ops.refmesh.evaluate(**TINY) == {"FINISHED"}
 
 
 def test_a_place_without_all_frames_is_refused_and_changes_nothing(blender, project, tmp_path):
