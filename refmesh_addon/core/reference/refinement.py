@@ -6,13 +6,14 @@ Cloth that unfolds has little surface in the reference positions. The deformed t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import mean_edge_length
 from ..geometry.subdivision import split_edges
+from ..types import FrozenArrays
 from .group import ReferenceMesh
 
 LONGEST = 1.6  # mean edge lengths, of an edge in a frame; of a regular mesh at rest hardly any is as long
@@ -21,38 +22,58 @@ ROUNDS = 4  # of splits, each of which halves edges
 MOST = 0.15  # edges that are split, as a share of all: where more of the mesh is stretched, triangles are not what it lacks
 
 
-def refined(reference: ReferenceMesh, frames: Sequence[np.ndarray]) -> ReferenceMesh:
+@dataclass(frozen=True)
+class FittedFrame(FrozenArrays):
+    """A reference mesh in one frame.
+
+    vertices : (R, 3) scene units.  visible : (R,) bool, those that the frame's surface has placed. Others, in contacts or over holes, are
+    stretched between these; more triangles would only fold there.
+    """
+
+    vertices: np.ndarray
+    visible: np.ndarray
+
+
+def refined(reference: ReferenceMesh, frames: Sequence[FittedFrame]) -> ReferenceMesh:
     """The reference mesh with those edges split in the middle that some frame stretches; itself where there are none.
 
-    frames : (R, 3) vertices in each of some frames, scene units. New vertices come after those that there are.
+    frames : the mesh in some of them. New vertices come after those that there are.
 
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> still = ReferenceMesh(square, 0)
-    >>> refined(still, [square.vertices]) is still
+    >>> refined(still, [FittedFrame(square.vertices, np.ones(4, dtype=bool))]) is still
     True
     """
-    positions = [reference.mesh.vertices, *frames]
-    lengths = [mean_edge_length(reference.mesh.moved(places)) for places in positions]
+    rest = FittedFrame(reference.mesh.vertices, np.ones(len(reference.mesh.vertices), dtype=bool))
+    states = [rest, *frames]
+    lengths = [mean_edge_length(reference.mesh.moved(state.vertices)) for state in states]
     budget = int(MOST * len(HalfEdges.of(reference.mesh).edges))
     for _ in range(ROUNDS):
         table = HalfEdges.of(reference.mesh)
-        split = _longest(_stretched(table.edges, positions, lengths), budget)
+        split = _longest(_stretched(table.edges, states, lengths), budget)
         if not split.any():
             break
         budget -= int(split.sum())
-        positions = [np.concatenate([places, places[table.edges[split]].mean(axis=1)]) for places in positions]
+        states = [_with_middles(state, table.edges[split]) for state in states]
         features = _halved(reference.features, table.edges[split], len(reference.mesh.vertices))
         reference = replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
     return reference
 
 
-def _stretched(edges: np.ndarray, positions: Sequence[np.ndarray], lengths: Sequence[float]) -> np.ndarray:
+def _with_middles(state: FittedFrame, edges: np.ndarray) -> FittedFrame:
+    """The same with a vertex in the middle of each of (S, 2) edges."""
+    vertices = np.concatenate([state.vertices, state.vertices[edges].mean(axis=1)])
+    return FittedFrame(vertices, np.concatenate([state.visible, state.visible[edges].all(axis=1)]))
+
+
+def _stretched(edges: np.ndarray, states: Sequence[FittedFrame], lengths: Sequence[float]) -> np.ndarray:
     """(E,) largest length of each of (E, 2) edges in a frame, in mean edge lengths; 0 where no frame stretches it.
 
-    positions, lengths : of the vertices and the mean edge, at rest and then in each frame.
+    states, lengths : of the mesh and its mean edge, at rest and then in each frame.
     """
-    sizes = [np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1) for places in positions]
-    rest, *there = (size / length for size, length in zip(sizes, lengths, strict=True))
+    sizes = [np.linalg.norm(np.diff(state.vertices[edges], axis=1)[:, 0], axis=1) for state in states]
+    shares = (size / length * state.visible[edges].all(axis=1) for size, length, state in zip(sizes, lengths, states, strict=True))
+    rest, *there = shares
     largest = np.max(there, axis=0)
     return np.where((largest > LONGEST) & (largest > STRETCHED * rest), largest, 0.0)
 

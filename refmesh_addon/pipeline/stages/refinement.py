@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...core.errors import RefMeshError
 from ...core.reference.group import ReferenceMesh
-from ...core.reference.refinement import refined
+from ...core.reference.refinement import FittedFrame, refined
 from ..session.cache import digest
 from ..session.context import Context
 from .deformation import fit_frames, fitting_groups
@@ -16,7 +16,7 @@ from .reference import References
 from .segment_trials import SegmentTrials
 from .tracking_result import TrackingResult
 
-REFINEMENT_SCHEMA = 1
+REFINEMENT_SCHEMA = 2
 
 
 def refine(context: Context, tracking: TrackingResult, references: References) -> References:
@@ -46,7 +46,7 @@ def _refined(context: Context, tracking: TrackingResult, references: References,
         if context.part is not None:
             raise RefMeshError("an earlier step of the job is not complete: run its tasks first")
         fitted = fit_frames(context.without_progress(), tracking, references, _holders(references, group, frames))
-        mesh = refined(reference, [frame.vertices for frame in fitted.values()])
+        mesh = refined(reference, [FittedFrame(frame.vertices, ~(frame.held | frame.hidden)) for frame in fitted.values()])
         context.cache.save_result(entry, key, mesh)
     return (key, mesh) if len(mesh.mesh.vertices) > len(reference.mesh.vertices) else (group.key, reference)
 
