@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ from ...core.errors import RefMeshError
 from ...core.reference.group import ReferenceMesh
 from ...core.reference.refinement import FittedFrame, refined
 from ..session.cache import digest
+from ..session.cached_map import CachedResults, WorkUnit
 from ..session.context import Context
 from .deformation import fit_frames, fitting_groups
 from .groups import FrameGroup
@@ -22,24 +24,31 @@ REFINEMENT_SCHEMA = 2
 def refine(context: Context, tracking: TrackingResult, references: References) -> References:
     """The references with refined meshes, where how many triangles they have is not the user's choice.
 
-    One frame in eight is fitted for this, or was by the review; all are fitted again where the mesh changes.
+    One frame in eight is fitted for this, or was by the review; these are fitted again where the mesh changes.
     Raises RefMeshError where another process has to do this first.
     """
     settings = context.settings.reference
     if settings.triangles or settings.mesh:
         return references
-    meshes: dict[str, tuple[str, ReferenceMesh]] = {}
-    for group in references.groups:
-        if group.key not in meshes:
-            meshes[group.key] = _refined(context, tracking, references, group)
-    groups = tuple(replace(group, key=meshes[group.key][0]) for group in references.groups)
-    return replace(references, groups=groups, meshes={group.index: meshes[group.key][1] for group in references.groups})
+    trials, units = SegmentTrials(context, tracking, references.bodies), {}
+    for group in fitting_groups(context, references):
+        source = references.groups[group.index]
+        if source.key not in units:
+            units[source.key] = _refinement(context, tracking, references, source, group.key, trials.probes(group.source))
+    changed = {group.index: unit for group in references.groups if (unit := units[group.key]) is not None}
+    groups = tuple(replace(group, key=changed[group.index].key) if group.index in changed else group for group in references.groups)
+    meshes = ChainMap(CachedResults(context.cache, changed, ReferenceMesh), references.meshes)  # type: ignore[arg-type]  # never written to
+    return replace(references, groups=groups, meshes=meshes)
 
 
-def _refined(context: Context, tracking: TrackingResult, references: References, group: FrameGroup) -> tuple[str, ReferenceMesh]:
-    """The mesh of all groups that share that of `group`, and their key, which stays where the mesh does."""
-    frames, reference = SegmentTrials(context, tracking, references.bodies).probes(group.source), references.meshes[group.index]
-    key = digest(REFINEMENT_SCHEMA, fitting_groups(context, references)[group.index].key, frames)
+def _refinement(
+    context: Context, tracking: TrackingResult, references: References, group: FrameGroup, fitting_key: str, frames: tuple[int, ...]
+) -> WorkUnit | None:
+    """Where the refined mesh of all groups that share that of `group` is in the cache; None where it is the same mesh.
+
+    fitting_key : of all that the frames depend on once they are fitted.  frames : that are looked at.
+    """
+    reference, key = references.meshes[group.index], digest(REFINEMENT_SCHEMA, fitting_key, frames)
     entry = f"{group.folder}reference/refined_{context.numbers[group.source[0]]:04d}"
     mesh = context.cache.load_result(entry, key, ReferenceMesh)
     if mesh is None:
@@ -48,7 +57,7 @@ def _refined(context: Context, tracking: TrackingResult, references: References,
         fitted = fit_frames(context.without_progress(), tracking, references, _holders(references, group, frames))
         mesh = refined(reference, [FittedFrame(frame.vertices, ~(frame.held | frame.hidden)) for frame in fitted.values()])
         context.cache.save_result(entry, key, mesh)
-    return (key, mesh) if len(mesh.mesh.vertices) > len(reference.mesh.vertices) else (group.key, reference)
+    return WorkUnit(entry, key, tuple) if len(mesh.mesh.vertices) > len(reference.mesh.vertices) else None
 
 
 def _holders(references: References, group: FrameGroup, frames: tuple[int, ...]) -> Mapping[int, tuple[int, ...]]:
