@@ -17,8 +17,8 @@ from ...io.ply import read_visibility
 from ...io.report import read_report
 from ..scene.attributes import Attribute, write_attribute
 from ..scene.visibility_nodes import ATTRIBUTE, remove_visibility
-from ..sequence.raw_sequence import frame_at
 from .export import Export
+from .frame_changes import at_each_frame
 
 MEAN = f"_{ATTRIBUTE.upper()}"  # glTF's form of names of attributes of one's own
 
@@ -34,22 +34,16 @@ def visibility_colors(export: Export, copies: Mapping[int, bpy.types.Object]) ->
 
     copies : index of group -> its stand-in. Raises RefMeshError for a frame without visibility.
     """
-    frames = {frame["number"]: frame for frame in read_report(export.results)["frames"]}
     for copy in copies.values():
         remove_visibility(copy)  # whose attribute has the same name
         copy.data.color_attributes.new(ATTRIBUTE, "BYTE_COLOR", "CORNER")
 
-    def show(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
-        frame = frames[int(frame_at(export.owner, scene.frame_current).name)]
+    def show(frame: dict) -> None:
         if frame["group"] in copies:
             _set_gray(copies[frame["group"]].data, read_visibility(export.results / frame["deformed"]))
 
-    show(bpy.context.scene)
-    bpy.app.handlers.frame_change_pre.append(show)
-    try:
+    with at_each_frame(export.owner, read_report(export.results)["frames"], show):
         yield
-    finally:
-        bpy.app.handlers.frame_change_pre.remove(show)
 
 
 def add_mean_visibility(export: Export, copies: Mapping[int, bpy.types.Object]) -> bool:

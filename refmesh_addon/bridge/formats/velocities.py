@@ -17,8 +17,8 @@ from ...core.errors import RefMeshError
 from ...io.ply import read_velocities
 from ...io.report import read_report
 from ..scene.timeline import timeline
-from ..sequence.raw_sequence import frame_at
 from .export import Export
+from .frame_changes import at_each_frame
 from .stand_ins import cached_stand_ins
 
 ATTRIBUTE = "velocity"
@@ -42,26 +42,21 @@ def _moving(export: Export, copies: dict[int, bpy.types.Object]) -> Iterator[Non
 
     copies : index of group -> its stand-in. Those of groups other than the frame's stand still.
     """
-    frames = {frame["number"]: frame for frame in read_report(export.results)["frames"]}
+    frames = read_report(export.results)["frames"]
     rate = bpy.context.scene.render.fps / bpy.context.scene.render.fps_base
 
-    def show(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
-        frame = frames[int(frame_at(export.owner, scene.frame_current).name)]
+    def show(frame: dict) -> None:
         for index, copy in copies.items():
             velocities = np.zeros((len(copy.data.vertices), 3))
             if index == frame["group"]:
                 velocities = rate * _velocities(export.results / frame["deformed"], len(velocities))
             _set_velocities(copy.data, velocities)
 
-    for frame in frames.values():  # before anything is written: an error in the handler would reach the console only
+    for frame in frames:  # before anything is written: an error in the handler would reach the console only
         if frame["group"] in copies:
             _velocities(export.results / frame["deformed"], len(copies[frame["group"]].data.vertices))
-    show(bpy.context.scene)
-    bpy.app.handlers.frame_change_pre.append(show)
-    try:
+    with at_each_frame(export.owner, frames, show):
         yield
-    finally:
-        bpy.app.handlers.frame_change_pre.remove(show)
 
 
 def _velocities(path: Path, vertices: int) -> np.ndarray:
