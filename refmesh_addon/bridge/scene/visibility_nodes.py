@@ -1,7 +1,7 @@
 """A Geometry Nodes modifier by which a deformed mesh knows which of its vertices a frame shows; it plays without the add-on.
 
 It looks the visibility up in a picture that is packed in the file, stores it as the attribute `visibility`, 0 to 1, and hides what is
-not shown. Towards what is hidden the surface fades: the attribute `transparency` says how much, and materials of the add-on follow it.
+not shown. Toward what is hidden the surface fades: the attribute `transparency` says how much, and materials of the add-on follow it.
 Where nothing is hidden, all that is not shown fades, with the same topology in all frames.
 """
 
@@ -90,7 +90,7 @@ def _build(tree: bpy.types.GeometryNodeTree, image: bpy.types.Image, first: int,
     for other in old:
         if not other.users:
             bpy.data.images.remove(other)
-    _add_switch(tree, FADE, "Materials of RefMesh become transparent towards what the frame does not show")
+    _add_switch(tree, FADE, "Materials of RefMesh become transparent toward what the frame does not show")
     nodes = _Nodes(tree)
     source, target = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     value = _looked_up(nodes, image, first, rows_per_frame(vertices))

@@ -14,7 +14,7 @@ from scipy import sparse
 from ..geometry.cotangent import cotangent_weights
 from ..geometry.factor import factored
 from ..geometry.half_edges import HalfEdges
-from ..geometry.mesh import triangle_areas, vertex_areas
+from ..geometry.mesh import edge_lengths, triangle_areas, vertex_areas
 from ..geometry.tangents import tangential_part
 from ..geometry.vectors import TINY
 from ..types import TriangleMesh
@@ -55,7 +55,7 @@ def _common(mesh: TriangleMesh, moves: np.ndarray) -> np.ndarray:
 def _limited(surface: TriangleMesh, moves: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """(R, 3) the part of moves along the surface, none longer than FARTHEST.  ends : (2, E) vertices of its edges."""
     moves = tangential_part(surface, moves)
-    length = np.linalg.norm(surface.vertices[ends[0]] - surface.vertices[ends[1]], axis=1).mean() if ends.size else 0.0
+    length = edge_lengths(surface.vertices, ends.T).mean() if ends.size else 0.0
     farthest = max(FARTHEST * float(length), float(TINY))
     return moves * farthest / np.maximum(np.linalg.norm(moves, axis=1, keepdims=True), farthest)
 

@@ -15,7 +15,7 @@ from scipy import sparse
 from ..types import FrozenArrays, TriangleMesh
 from .graph import connected_components
 from .half_edges import HalfEdges
-from .mesh import triangle_normals
+from .mesh import edge_lengths, triangle_normals
 from .vectors import TINY, normalized, row_dot
 
 SHARP = np.radians(30)  # least angle between the normals at a sharp edge
@@ -51,7 +51,7 @@ def feature_edges(mesh: TriangleMesh) -> FeatureEdges:
     lines = np.full(len(edges), -1)
     lines[sharp] = line_labels(mesh.vertices, edges[sharp])
     count = int(lines.max(initial=-1)) + 1
-    lengths = np.linalg.norm(np.diff(mesh.vertices[edges], axis=1)[:, 0], axis=1)
+    lengths = edge_lengths(mesh.vertices, edges)
     on_line = lines >= 0
     total = np.bincount(lines[on_line], lengths[on_line], count)
     sharpness = np.bincount(lines[on_line], (lengths * angles)[on_line], count) / total
@@ -104,9 +104,9 @@ def _crookedness(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
     chord, step = normalized(after - before), vertices[ends[joints[:, 0]]] - before
     offsets = np.full(vertices.shape, np.nan)
     offsets[ends[joints[:, 0]]] = step - row_dot(step, chord)[:, None] * chord
-    jumps = np.linalg.norm(np.diff(offsets[edges], axis=1)[:, 0], axis=1)
+    jumps = edge_lengths(offsets, edges)
     inner = np.isfinite(jumps)  # edges with a joint at both ends
-    lengths = np.linalg.norm(np.diff(vertices[edges[inner]], axis=1)[:, 0], axis=1)
+    lengths = edge_lengths(vertices, edges[inner])
     count, nets = connected_components(edges, len(vertices))
     net = nets[edges[:, 0]]
     total = np.bincount(net[inner], lengths, count)

@@ -78,10 +78,14 @@ def component_volumes(mesh: TriangleMesh, component: np.ndarray) -> np.ndarray:
 
 def mean_edge_length(mesh: TriangleMesh) -> float:
     """Mean over the edges, each counted once, scene units; 0 for a mesh without triangles."""
-    start, end = HalfEdges.of(mesh).edges.T
-    if not len(start):
-        return 0.0
-    return float(np.linalg.norm(mesh.vertices[start] - mesh.vertices[end], axis=1).mean())
+    edges = HalfEdges.of(mesh).edges
+    return float(edge_lengths(mesh.vertices, edges).mean()) if len(edges) else 0.0
+
+
+def edge_lengths(vertices: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """(E,) lengths of (E, 2) edges between (V, 3) vertices, scene units."""
+    start, end = edges.T
+    return np.linalg.norm(vertices[start] - vertices[end], axis=1)
 
 
 def vertex_components(mesh: TriangleMesh) -> tuple[int, np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..types import TriangleMesh
 from .half_edges import HalfEdges
+from .mesh import edge_lengths
 
 
 def with_short_edges(mesh: TriangleMesh, longest: float) -> TriangleMesh:
@@ -15,8 +16,7 @@ def with_short_edges(mesh: TriangleMesh, longest: float) -> TriangleMesh:
     """
     while True:
         table = HalfEdges.of(mesh)
-        start, end = mesh.vertices[table.edges].transpose(1, 0, 2)
-        split = np.linalg.norm(end - start, axis=1) > longest
+        split = edge_lengths(mesh.vertices, table.edges) > longest
         if not split.any():
             return mesh
         mesh = split_edges(mesh, table, split)

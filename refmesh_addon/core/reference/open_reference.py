@@ -68,4 +68,3 @@ def _shown(mesh: TriangleMesh, union: UnionPoints) -> np.ndarray:
     total = weights.sum(axis=1)
     signs = 2.0 * (union.shown[near] - SHOWN)
     return np.where(total > 0, (weights * signs).sum(axis=1) / np.where(total > 0, total, 1.0), -1.0)
-

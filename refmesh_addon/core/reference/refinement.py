@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..geometry.half_edges import HalfEdges
-from ..geometry.mesh import mean_edge_length
+from ..geometry.mesh import edge_lengths, mean_edge_length
 from ..geometry.subdivision import split_edges
 from ..types import FrozenArrays
 from .group import ReferenceMesh
@@ -71,9 +71,8 @@ def _stretched(edges: np.ndarray, states: Sequence[FittedFrame], lengths: Sequen
 
     states, lengths : of the mesh and its mean edge, at rest and then in each frame.
     """
-    sizes = [np.linalg.norm(np.diff(state.vertices[edges], axis=1)[:, 0], axis=1) for state in states]
-    shares = (size / length * state.visible[edges].all(axis=1) for size, length, state in zip(sizes, lengths, states, strict=True))
-    rest, *there = shares
+    sizes = (edge_lengths(state.vertices, edges) / length for state, length in zip(states, lengths, strict=True))
+    rest, *there = (size * state.visible[edges].all(axis=1) for size, state in zip(sizes, states, strict=True))
     largest = np.max(there, axis=0)
     return np.where((largest > LONGEST) & (largest > STRETCHED * rest), largest, 0.0)
 

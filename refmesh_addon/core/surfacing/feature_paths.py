@@ -19,7 +19,7 @@ from ..geometry.closest_point import SurfaceIndex
 from ..geometry.cotangent import neighbor_averages, triangle_adjacency
 from ..geometry.feature_lines import ordered_lines
 from ..geometry.half_edges import HalfEdges
-from ..geometry.mesh import mean_edge_length
+from ..geometry.mesh import edge_lengths, mean_edge_length
 from ..geometry.self_intersection import crossing_triangles
 from ..types import FrozenArrays, TriangleMesh
 from .edge_flips import flipped
@@ -99,7 +99,7 @@ class _Paths:
 
     def __init__(self, mesh: TriangleMesh, points: np.ndarray, corners: np.ndarray):
         self._mesh, self._points, self._edges = mesh, points, HalfEdges.of(mesh).edges.astype(np.int64)
-        self._lengths = np.linalg.norm(np.diff(mesh.vertices[self._edges], axis=1)[:, 0], axis=1)
+        self._lengths = edge_lengths(mesh.vertices, self._edges)
         self._length = float(self._lengths.mean())
         self._tree = cKDTree(mesh.vertices)
         self.positions, self.taken = mesh.vertices.copy(), np.zeros(len(mesh.vertices), dtype=bool)
@@ -113,10 +113,11 @@ class _Paths:
         count = np.arange(1, min(CANDIDATES, self._tree.n) + 1)
         distances, near = self._tree.query(self._points[corners], k=count, distance_upper_bound=REACH * self._length)
         order = np.argsort(distances, axis=None, kind="stable")[: np.isfinite(distances).sum()]
+        corner_of: dict[int, int] = {}
         result: dict[int, int] = {}
         for corner, vertex in zip(np.repeat(corners, near.shape[1])[order].tolist(), near.ravel()[order].tolist(), strict=True):
-            if corner not in result and vertex not in result.values():
-                result[corner] = vertex
+            if corner not in result and vertex not in corner_of:
+                result[corner], corner_of[vertex] = vertex, corner
         return result
 
     def lay(self, line: np.ndarray) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ...core.errors import RefMeshError
 from ..session.blender_program import BLENDER, running_blender
+from ..session.same_packages import site_flags
 
 PACKAGES = ("numpy", "scipy", "trimesh", "tqdm", "PIL", "xatlas", "constriction", "pymeshlab", "distributed")
 PACKAGE_ROOT = Path(__file__).resolve().parents[3]  # the folder that holds refmesh_addon
@@ -22,7 +23,7 @@ def python_command() -> list[str]:
 
     Raises RefMeshError as `python_executable` does.
     """
-    return [python_executable(), *(["-S"] if sys.flags.no_site else [])]
+    return [python_executable(), *site_flags()]
 
 
 def python_executable() -> str:

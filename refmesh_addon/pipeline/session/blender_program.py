@@ -7,6 +7,8 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+from .same_packages import site_flags
+
 BLENDER = "REFMESH_BLENDER"  # environment variable: path of a Blender; an empty one keeps workers from starting any
 PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 
@@ -27,4 +29,4 @@ def blender_command() -> list[str] | None:
         return [program, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr"]
     if program is not None or find_spec("bpy") is None or not (PACKAGE_FOLDER / "bridge").is_dir():  # clusters get no bridge
         return None
-    return [sys.executable, *(["-S"] if sys.flags.no_site else []), "-c"]
+    return [sys.executable, *site_flags(), "-c"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -15,6 +14,7 @@ from ...core.color.layout import Layout
 from ...core.color.own_layout import layout_of
 from ...core.types import TriangleMesh
 from .blender_program import PACKAGE_FOLDER, blender_command
+from .same_packages import same_path
 from .unwrapping import TIME_LIMIT, centered
 
 PROGRAM = "import sys; sys.path += [p for p in {paths} if p not in sys.path]; from {package}.bridge.scene.unwrapping import main; main()"
@@ -34,10 +34,9 @@ def flattened(mesh: TriangleMesh, charts: Layout | None, time_limit: float = TIM
         np.savez(task, vertices=centered(mesh), triangles=mesh.triangles, **given)
         paths = json.dumps([str(PACKAGE_FOLDER.parent), *sys.path])
         line = PROGRAM.format(paths=paths, package=PACKAGE_FOLDER.name)
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
         try:
             done = subprocess.run(
-                [*command, line, "--", task, result, str(time_limit)], env=environment, capture_output=True, timeout=time_limit
+                [*command, line, "--", task, result, str(time_limit)], env=same_path(), capture_output=True, timeout=time_limit
             )
         except (OSError, subprocess.TimeoutExpired):
             return None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -14,6 +13,7 @@ import numpy as np
 from ...core.color.layout import Layout
 from ...core.geometry.vectors import TINY
 from ...core.types import TriangleMesh
+from .same_packages import same_path, site_flags
 
 PROGRAM = Path(__file__).with_name("xatlas_process.py")
 TIME_LIMIT = 120.0  # seconds; a person of 40k triangles takes ten
@@ -30,10 +30,9 @@ def unwrapped(mesh: TriangleMesh, time_limit: float = TIME_LIMIT) -> Layout | No
         return None
     task = io.BytesIO()
     np.savez(task, vertices=centered(mesh), triangles=mesh.triangles.astype(np.uint32))
-    command = [sys.executable, *(["-S"] if sys.flags.no_site else []), str(PROGRAM), str(time_limit)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, *site_flags(), str(PROGRAM), str(time_limit)]
     try:
-        done = subprocess.run(command, input=task.getvalue(), env=environment, capture_output=True, timeout=time_limit)
+        done = subprocess.run(command, input=task.getvalue(), env=same_path(), capture_output=True, timeout=time_limit)
     except subprocess.TimeoutExpired:
         return None
     if done.returncode != 0:

@@ -147,7 +147,7 @@ def _energies(context: Context, optimized: TrackingResult) -> FrameEnergies:
         context.notify(TRACKING, context.numbers[frame], 1.0)
         centers, members = optimized.positions[frame], optimized.members(frame)
         cells = lloyd.cells(centers[members], Ownership(volume_of(context, frame).finest))
-        last = optimized.positions[frame - 1] if before is not None and np.array_equal(members, before) else centers
+        last = optimized.positions[frame - 1] if np.array_equal(members, before) else centers
         apart = rigid_motions(optimized.affinity_at(frame), last[members], centers[members]).apply(last[members]) - centers[members]
         rows.append((cells.non_uniformity, cells.energy / whole.spacing**2, np.einsum("ni,ni->n", apart, apart).mean() / whole.spacing**2))
         before = members

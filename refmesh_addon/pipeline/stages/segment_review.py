@@ -28,6 +28,7 @@ LEAST_EXTRA = 8  # frames, in takes so short that nothing could be tried otherwi
 ROUNDS = 4  # of cuts by probes
 OWN_MESH, AFTER_OWN = "one mesh does not serve both sides: ", "the group before has a mesh of its own: "
 
+
 @dataclass
 class Allowance:
     """Frames that may still be deformed beyond those of the result.  spent : those that were."""
