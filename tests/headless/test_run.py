@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -43,7 +44,8 @@ def frames(tmp_path) -> Path:
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_interrupted_run_says_how_to_continue(frames, tmp_path):
     command = [sys.executable, str(SCRIPT), str(frames), "--output", str(tmp_path / "out")]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+    heed = partial(signal.signal, signal.SIGINT, signal.default_int_handler)  # which a background job of a shell ignores
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=heed) as process:
         said = process.stderr.read(1)  # of the progress bar
         process.send_signal(signal.SIGINT)
         said += process.stderr.read()
