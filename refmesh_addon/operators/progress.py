@@ -10,6 +10,8 @@ from contextlib import contextmanager
 
 BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}{postfix}"
 LEAST_LEFT = 1.0  # seconds that an estimate is taken for at least
+# The time left that is shown never grows, unless the job will take longer than it says by this factor and so many seconds more.
+LONGER, LONGER_SECONDS = 2.0, 10.0
 ASK_AFTER = 60.0  # seconds of work from which on a job asks before it is canceled
 LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file, not a terminal
 
@@ -17,13 +19,15 @@ LOG_INTERVAL = 10.0  # seconds between two lines where stderr is a log file, not
 class Clock:
     """Describes what a job is doing, how far it is and how long it will take; moves on between the job's events.
 
-    The time left never grows. Where the job turns out to take longer, it falls more slowly, so that both end together.
+    The bar always moves, and its time left never grows: where the job turns out to take longer, both move more slowly, so that they end
+    together. A person is told where that would mislead.
     """
 
     def __init__(self):
         self._start = self._moved = self._heard = time.monotonic()
         self._event = None
         self._left: float | None = None
+        self._estimate = 0.0
         self.share = 0.0
 
     def hear(self, event) -> None:
@@ -41,6 +45,7 @@ class Clock:
         if event.left is None:
             return
         estimate = event.left * math.exp(-(now - self._heard) / max(event.left, LEAST_LEFT))  # slower and slower without news
+        self._estimate = max(event.left - (now - self._heard), estimate)
         before = estimate if self._left is None else self._left
         self._left = min(before * math.exp(-passed / max(estimate, LEAST_LEFT)), estimate)
         if before > 0:
@@ -49,7 +54,11 @@ class Clock:
     @property
     def time_left(self) -> str:
         """ "1:20 left"; "" while nothing is known."""
-        return "" if self._left is None else f"{minutes(self._left)} left"
+        if self._left is None:
+            return ""
+        if self._estimate > LONGER * self._left + LONGER_SECONDS:
+            return f"{minutes(self._estimate)} left, longer than expected"
+        return f"{minutes(self._left)} left"
 
     def describe(self) -> str:
         """ "tracking, frame 8, 42.1%, 1:20 left"."""

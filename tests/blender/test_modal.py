@@ -82,6 +82,17 @@ def test_time_left_never_grows_and_the_bar_always_moves(shown, events):
     assert all(later > earlier for earlier, later in zip(shares, shares[1:])) and shares[-1] < 1
 
 
+def test_a_job_that_takes_far_longer_than_it_seemed_says_so():
+    """The bar moves on slowly; the words do not say that there is next to nothing left."""
+    clock = Clock()
+    clock.hear(SimpleNamespace(stage="color", frame=None, share=0.9, left=4.5))
+    assert clock.time_left == "0:04 left"
+    clock.hear(SimpleNamespace(stage="color", frame=None, share=0.5, left=200.5))
+    assert clock.time_left == "3:20 left, longer than expected"
+    clock.hear(SimpleNamespace(stage="color", frame=None, share=0.99, left=3.0))
+    assert clock.time_left.endswith(" left")
+
+
 def test_an_estimate_that_is_right_counts_down_second_by_second(shown):
     events = [(second, second / 100, 100.0 - second) for second in range(100)]
     states = shown(events, 100)

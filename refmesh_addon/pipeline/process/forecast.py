@@ -13,8 +13,9 @@ UNMEASURED = 5.0  # seconds for each frame of a whole job of which nothing is kn
 TRUST = 0.2  # share of the time expected at the start that counts as seen already, where all of it was measured
 # A job of which little is known tells no time before it has worked for so many seconds, and done this share.
 UNSURE_SECONDS, UNSURE_SHARE = 10.0, 0.1
-MOST_SKIPPED = 0.15  # share of a stage that earlier runs may have done, such as reading its frames, where its time is still a measurement
-RESERVED = 0.2  # share of what is left of the bar that is kept for another pass through the stages, where the job may need one
+# Share of a stage that results of earlier runs, or of probes for the review of segments, may have done where its time is still measured.
+MOST_SKIPPED = 0.3
+FULLEST = 0.99  # of the bar, until the job is done: it may have to repeat a part of a stage
 LEAST = 0.1  # of an estimate that is left, however long the unit at work takes
 
 
@@ -35,12 +36,54 @@ class StageTime:
         return float(np.interp(share, np.linspace(0.0, 1.0, STEPS + 1), self.curve))
 
 
+class _Stage:
+    """How far one stage is, over all visits to it.
+
+    worked : share of its expected time that what was done in this run stands for; more than 1 where parts were repeated.
+    """
+
+    def __init__(self, expected: StageTime):
+        self._expected = expected
+        self.spent, self.worked = 0.0, 0.0
+        self._at, self._skipped = 0.0, 0.0
+        self._trace = [(0.0, 0.0)]  # (share, seconds spent by then)
+
+    @property
+    def remaining(self) -> float:
+        """Share of its expected time."""
+        return 1.0 - self._expected.passed(self._at)
+
+    def move(self, share: float, skipped: bool) -> bool:
+        """Goes to a share of the progress; whether that is news. Back only where a part is done again, not where it is looked up."""
+        if 0.0 < share < self._at and not skipped:
+            self._at = share
+            self._trace = [row for row in self._trace if row[0] < share]
+        if share <= self._at:
+            return False
+        if skipped:
+            self._skipped += share - self._at
+        else:
+            self.worked += self._expected.passed(share) - self._expected.passed(self._at)
+        self._at = share
+        self._trace.append((share, self.spent))
+        return True
+
+    def measured(self, frames: int) -> StageTime | None:
+        """What the stage took; None where it was not done as a whole, or by an earlier run."""
+        if self._at < 1.0 or self._skipped > MOST_SKIPPED or self.spent <= 0:
+            return None
+        shares, times = (np.array(column) for column in zip(*[*self._trace, (1.0, self.spent)], strict=True))
+        curve = np.interp(np.linspace(0.0, 1.0, STEPS + 1), shares, times / self.spent)
+        return StageTime(self.spent / frames, tuple(curve.tolist()), measured=True)
+
+
 class Forecast:
     """Follows the progress of the stages of one job.
 
-    times : of each stage, in order.  frames : how many the job has.  finished : called with a stage, and its `StageTime`, that was
-    done from its start to its end.  clock : seconds.
-    repeats : whether the job may go back to earlier stages, as where one mesh turns out not to serve the take; nobody knows how often.
+    times : of each stage, in order.  frames : how many the job has.  finished : called at the end with each stage, and its
+    `StageTime`, that was done from its start to its end.  clock : seconds.
+
+    A job may come back to a stage, as where one mesh turns out not to serve the take. All of its visits are one measurement.
     """
 
     def __init__(
@@ -49,68 +92,59 @@ class Forecast:
         frames: int = 1,
         finished: Callable[[str, StageTime], None] = lambda stage, taken: None,
         clock: Callable[[], float] = time.monotonic,
-        repeats: bool = False,
     ):
-        self._times, self._frames, self._finished, self._clock = dict(times), max(frames, 1), finished, clock
-        self._stages, self._stage, self._at = list(times), "", 0.0
-        self._worked = 0.0  # seconds that what was done in this run should have taken
-        self._start = self._advanced = clock()
-        self._trace: list[tuple[float, float]] = []  # (share, time) of the stage
-        self._skipped = 0.0  # share of the stage
-        self._trust = TRUST * self._remaining() if all(item.measured for item in self._times.values()) else 0.0
-        self._limit = 1.0 - RESERVED if repeats else 1.0
-        self._share, self._pass_share, self._pass_worked = 0.0, 0.0, 0.0  # the latter two: at the beginning of this pass
+        self._frames, self._finished, self._clock = max(frames, 1), finished, clock
+        self._seconds = {name: taken.seconds * self._frames for name, taken in times.items()}
+        self._stages = {name: _Stage(taken) for name, taken in times.items()}
+        self._stage = ""
+        self._start = self._heard = self._advanced = clock()
+        self._trust = TRUST * self._remaining() if all(item.measured for item in times.values()) else 0.0
+        self._share = 0.0
 
     def advance(self, stage: str, share: float, skipped: bool = False) -> None:
         """A stage has reached a share of its progress; `skipped`: by results of an earlier run, so that it took no time."""
-        now = self._clock()
-        if stage != self._stage:
-            self._end_stage(now)
-            if self._stage and self._stages.index(stage) < self._stages.index(self._stage):
-                self._pass_share, self._pass_worked = self.share, self._worked
-            self._stage, self._at, self._trace, self._skipped = stage, 0.0, [(0.0, now)], 0.0
-        if share > self._at:
-            time_of = self._times[stage]
-            if skipped:
-                self._skipped += share - self._at
-            else:
-                self._worked += time_of.seconds * self._frames * (time_of.passed(share) - time_of.passed(self._at))
-            self._at, self._advanced = share, now
-            self._trace.append((share, now))
+        self._spend()
+        self._stage = stage
+        if self._stages[stage].move(share, skipped):
+            self._advanced = self._heard
 
     def end(self) -> None:
         """The job is done."""
-        self._end_stage(self._clock())
+        self._spend()
+        for name, stage in self._stages.items():
+            taken = stage.measured(self._frames)
+            if taken is not None:
+                self._finished(name, taken)
 
     @property
     def share(self) -> float:
         """Share of the work of this run that is done; never falls. What an earlier run has done does not count."""
-        worked, remaining = self._worked - self._pass_worked, self._remaining()
+        worked, remaining = self._worked(), self._remaining()
         done = worked / (worked + remaining) if worked + remaining > 0 else 1.0
-        self._share = max(self._share, self._pass_share + (1.0 - self._pass_share) * self._limit * done)
+        self._share = max(self._share, min(done, FULLEST))
         return self._share
 
     @property
     def left(self) -> float | None:
         """Seconds until the job is done; None while too little is known."""
-        elapsed, whole = self._advanced - self._start, self._worked + self._remaining()
-        sure = self._trust > 0 or (elapsed > UNSURE_SECONDS and self._worked > UNSURE_SHARE * whole)
+        elapsed, worked, remaining = self._advanced - self._start, self._worked(), self._remaining()
+        sure = self._trust > 0 or (elapsed > UNSURE_SECONDS and worked > UNSURE_SHARE * (worked + remaining))
         if not sure:
             return None
-        pace = (elapsed + self._trust) / max(self._worked + self._trust, 1e-9)
-        left = pace * self._remaining()
+        pace = (elapsed + self._trust) / max(worked + self._trust, 1e-9)
+        left = pace * remaining
         return max(left - (self._clock() - self._advanced), LEAST * left)
 
-    def _remaining(self) -> float:
-        at = self._stages.index(self._stage) if self._stage else 0
-        shares = [1.0 - self._times[self._stages[at]].passed(self._at)] + [1.0] * (len(self._stages) - at - 1)
-        return sum(part * self._times[name].seconds * self._frames for part, name in zip(shares, self._stages[at:], strict=True))
+    def _spend(self) -> None:
+        """The time since the last event was that of the stage at work."""
+        now = self._clock()
+        if self._stage:
+            self._stages[self._stage].spent += now - self._heard
+        self._heard = now
 
-    def _end_stage(self, now: float) -> None:
-        if not self._stage or self._skipped > MOST_SKIPPED:
-            return
-        shares, times = (np.array(column) for column in zip(*[*self._trace, (1.0, now)], strict=True))
-        taken = now - times[0]
-        if taken > 0:
-            curve = np.interp(np.linspace(0.0, 1.0, STEPS + 1), shares, (times - times[0]) / taken)
-            self._finished(self._stage, StageTime(float(taken) / self._frames, tuple(curve.tolist()), measured=True))
+    def _worked(self) -> float:
+        """Seconds that what was done in this run should have taken."""
+        return sum(self._seconds[name] * stage.worked for name, stage in self._stages.items())
+
+    def _remaining(self) -> float:
+        return sum(self._seconds[name] * stage.remaining for name, stage in self._stages.items())

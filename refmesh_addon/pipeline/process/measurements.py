@@ -13,7 +13,7 @@ from ...core.errors import RefMeshError
 from ...core.settings import STAGES
 from ...io.files import output_folder, write_json
 from ...io.regular_files import read_json
-from ..session.job import STAGE_WEIGHTS, JobSpec
+from ..session.job import COLOR, STAGE_WEIGHTS, JobSpec
 from .forecast import STEPS, UNMEASURED, StageTime
 
 PLACE_VARIABLE = "REFMESH_MEASUREMENTS"  # of the environment: a file to use instead
@@ -23,7 +23,8 @@ MOST = 200  # entries that are kept
 def stage_times(spec: JobSpec) -> dict[str, StageTime]:
     """Of each stage of a job: as measured with its settings, else with other settings, else a rough share of a whole job."""
     known = _read()
-    return {stage: _stage_time(known, stage, spec) for stage in spec.timed_stages}
+    times = {stage: _stage_time(known, stage, spec) for stage in spec.timed_stages}
+    return {**times, COLOR: StageTime(0.0, measured=True)} if COLOR in times and spec.settings.color.texture == "off" else times
 
 
 def remember(spec: JobSpec, stage: str, taken: StageTime) -> None:

@@ -18,7 +18,8 @@ from typing import TextIO
 
 from ...core.errors import Canceled, RefMeshError
 from ...io.files import atomic_file
-from ..session.job import CACHE_FOLDER, JobSpec
+from ...io.sequence import Sequence
+from ..session.job import CACHE_FOLDER, COLOR, JobSpec
 from ..session.job_input import job_sequence
 from .events import Event
 from .forecast import Forecast, StageTime
@@ -96,9 +97,9 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
     try:
         sequence = job_sequence(spec)  # first, so that a wrong input leaves no empty output folder
         with job_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
-            reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec), repeats=spec.may_repeat_stages)
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 
+            reporter.forecast = Forecast(_without_color(times, sequence), len(sequence.frames), partial(remember, spec))
             run(spec, reporter.progress, reporter.warn, sequence=sequence, group_ready=reporter.group_ready)
             reporter.forecast.end()
     except Canceled:
@@ -114,6 +115,16 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
         where = reporter.stage or "start"
         return Event("failed", f"internal error in {where}: {_named(error)} (details in {_log(spec)})", stage=reporter.stage)
     return Event("done", share=1.0)
+
+
+def _without_color(times: dict[str, StageTime], sequence: Sequence) -> dict[str, StageTime]:
+    """The times with none for colors where frames can hardly have any: those of an OBJ file are in pictures beside it, as a rule."""
+    from ...io.appearance import files_beside  # late, as numpy comes with it
+
+    path = sequence.frames[0].path
+    if COLOR not in times or path.suffix.lower() != ".obj" or files_beside(path):
+        return times
+    return {**times, COLOR: StageTime(0.0, measured=True)}
 
 
 def _missing(error: ImportError, log: Path) -> str:

@@ -12,7 +12,7 @@ CACHE_FOLDER = "cache"  # in the output folder; nothing of the user's lies in it
 CHECK = "sequence"  # reads the frames only; no stage depends on it
 TRACKING, REFERENCE, DEFORMATION, EVALUATION, COLOR = STAGES
 # Of the time of a whole run, roughly, for forecasts on a machine where nothing was measured yet.
-STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.28, REFERENCE: 0.4, DEFORMATION: 0.22, EVALUATION: 0.1, COLOR: 0.1}
+STAGE_WEIGHTS = {CHECK: 1.0, TRACKING: 0.15, REFERENCE: 0.2, DEFORMATION: 0.4, EVALUATION: 0.25, COLOR: 0.7}
 _TYPES = {
     **dict.fromkeys(("source", "output", "frames", "until", "scheduler"), str),
     **{"resume": bool, "settings": dict, "warnings": list, "notes": list},
@@ -53,11 +53,6 @@ class JobSpec:
         """Those that take time: a job that ends with the deformation also measures it, to see how long one mesh serves."""
         reviewed = self.settings.reference.segments == "long" and self.stages[-1] == DEFORMATION
         return (*self.stages, EVALUATION) if reviewed else self.stages
-
-    @property
-    def may_repeat_stages(self) -> bool:
-        """Whether the job may find out by deforming one mesh to the whole take that the take needs several."""
-        return DEFORMATION in self.stages and self.settings.reference.segments == "long" and not self.settings.reference.mesh
 
     def to_json(self) -> str:
         """The job as JSON text, on any machine read back by `from_json`."""

@@ -65,6 +65,7 @@ def color(context: Context, deformed: DeformedSequence) -> ColoredSequence | Non
     settings = context.settings.color
     colors = survey(context, SURVEY) if settings.texture != "off" else {}
     if not any(frame.colored for frame in colors.values()):
+        StageShare(COLOR).skip(context.notify, 1.0)
         return None
     largest = max(frame.size for frame in colors.values())
     size = min(largest, LARGEST) if settings.texture == "auto" or not largest else int(settings.texture)
