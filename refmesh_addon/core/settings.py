@@ -174,7 +174,7 @@ class ReferenceSettings(StageSettings):
     triangles: int = option(
         0,
         "Triangles of each reference mesh; 0 (auto) takes the median of the group's input frames, from 30,000 "
-        "(fewer for bodies with flat faces) to 150,000",
+        "(60,000 for thin layers, fewer for bodies with flat faces) to 150,000",
         low=0, high=5_000_000, manual=30_000,
     )
 

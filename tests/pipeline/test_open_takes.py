@@ -92,10 +92,13 @@ def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_fo
     meshes.append(body(0.15))
     for number, mesh in enumerate(meshes):
         write_ply(source / f"take_{number}.ply", mesh)
-    finish(source, tmp_path / "out", **OPEN_RUN | {"group_size": 4})
+    warnings = finish(source, tmp_path / "out", **OPEN_RUN | {"group_size": 4})
     frames = report(tmp_path / "out")["frames"]
     assert len(frames) == 4 and report(tmp_path / "out")["surface"] == "open"
     assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.04
+    assert any(report(tmp_path / "out")["tracking"]["born"]), "for what only the closed frame shows"
+    assert not any("appeared" in line or "lie outside" in line for line in warnings)
+    assert {group["reason"] for group in report(tmp_path / "out")["groups"][1:]} == {"what the camera sees has changed"}
 
 
 @pytest.mark.parametrize(

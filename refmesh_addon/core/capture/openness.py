@@ -45,6 +45,8 @@ DESCRIPTIONS = {
 
 ADJECTIVES = {CLOSED: "closed", LAYER: "thin layers", OPEN: "open"}
 
+SIDES = {CLOSED: 1, LAYER: 2, OPEN: 1}  # how often a frame has each part of the surface: a layer has a back behind all that was seen
+
 
 def surface_kind(capped_share: float, compactness: float, of_pieces: float) -> str:
     """One of KINDS for a frame.  compactness, of_pieces : as a whole, and the mean of its connected pieces: many bodies make no layer."""

@@ -15,13 +15,14 @@ POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each tri
 MIN_POINTS = 6000  # of a whole group, however few triangles: enough for the coarsest reconstruction
 
 
-def triangle_budget(requested: int, captured: list[int], needed: list[int]) -> int:
+def triangle_budget(requested: int, captured: list[int], needed: list[int], sides: int = 1) -> int:
     """Triangles of a reference mesh: as requested, or for 0 the median of those of its frames, from MIN_TRIANGLES to MAX_TRIANGLES.
 
     needed : triangles that the shape of each frame needs, as `needed_triangles` gives them. Where MIN_TRIANGLES are more than that,
     as on bodies with flat faces, these are enough.
+    sides : 2 for a layer, which has each part of the surface twice; MIN_TRIANGLES count for one of them.
     """
-    return requested or min(max(int(np.median(captured)), min(MIN_TRIANGLES, int(np.median(needed)))), MAX_TRIANGLES)
+    return requested or min(max(int(np.median(captured)), min(sides * MIN_TRIANGLES, int(np.median(needed)))), MAX_TRIANGLES)
 
 
 def is_capped(requested: int, captured: list[int]) -> bool:

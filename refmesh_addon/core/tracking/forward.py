@@ -7,6 +7,7 @@ together, so that a pull which acts at the surface only moves a whole limb. Most
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -21,7 +22,10 @@ from .first_guess import first_guess
 from .lloyd import Cells
 from .ownership import Ownership
 from .rigidity import Rigidity
+from .view_pull import ViewPull
 from .volume import Volume
+
+Goals = Callable[[np.ndarray], np.ndarray]  # where the volume pulls (C, 3) centers
 
 ARAP_WEIGHT = 20.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
 OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; without them whole limbs converge slowly, since the volume pulls at its surface only
@@ -88,7 +92,10 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     affinity, steps = last.affinity, 0
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MAX_STEPS[-len(volume.levels) :], strict=True):
         weights, ownership = affinity.weights(), Ownership(level)
-        centers, taken = _converged(centers, Rigidity(weights, old), ownership, stop * spacing, most)
+        rigidity = Rigidity(weights, old)
+        view = ViewPull(rigidity, ownership, volume.levels[0], spacing)
+        goals = view.goals if volume.is_view else lambda centers, ownership=ownership: lloyd.centroids(centers, ownership)
+        centers, taken = _converged(centers, rigidity, goals, stop * spacing, most)
         # Parts that separate in this very frame must not pull on each other on the finer levels.
         motions = rigid_motions(weights, old, centers)
         affinity, steps = updated(last.affinity, centers, last.cells, motions, settings.affinity), steps + taken
@@ -96,11 +103,11 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     return TrackedFrame(centers, old, affinity, cells, _arap_energy(motions, old, centers, spacing), steps)
 
 
-def _converged(centers: np.ndarray, rigidity: Rigidity, ownership: Ownership, stop: float, most: int) -> tuple[np.ndarray, int]:
+def _converged(centers: np.ndarray, rigidity: Rigidity, goals: Goals, stop: float, most: int) -> tuple[np.ndarray, int]:
     """The centers after steps on one level until the largest is below `stop`, scene units, and the number of steps."""
     step, taken, largest = np.zeros_like(centers), 0, np.inf
     while taken < most and largest >= stop:
-        pull = rigidity.pulled(centers, lloyd.centroids(centers, ownership), ARAP_WEIGHT) - centers
+        pull = rigidity.pulled(centers, goals(centers), ARAP_WEIGHT) - centers
         step = MOMENTUM * step + OVER_RELAXATION * pull
         centers, taken, largest = centers + step, taken + 1, np.linalg.norm(step, axis=1).max()
     return centers, taken

@@ -73,12 +73,15 @@ def spread(volume: Volume, count: int) -> np.ndarray:
     return centroids(centers, ownership)
 
 
+def sums_by_owner(owner: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
+    """(count, K) sums of (N, K) rows.  owner : (N,) the center that each row belongs to."""
+    # One pass over all columns in place of a bincount for each; the sums run in the same order.
+    return sparse.csc_matrix((np.ones(len(owner)), owner, np.arange(len(owner) + 1)), (count, len(owner))) @ rows
+
+
 def _first_moments(owner: np.ndarray, centers: np.ndarray, samples: VolumeSamples) -> tuple[np.ndarray, np.ndarray]:
     """Masses (C,) and centroids (C, 3) of the cells; owner : (N,) the center of each sample."""
-    count = len(centers)
-    # One pass over all four columns in place of a bincount for each; the sums run in the same order.
-    membership = sparse.csc_matrix((np.ones(len(owner)), owner, np.arange(len(owner) + 1)), (count, len(owner)))
-    sums = membership @ samples.moments
+    sums = sums_by_owner(owner, samples.moments, len(centers))
     masses, middle = sums[:, 0], sums[:, 1:] / np.maximum(sums[:, :1], 1)
     empty = np.flatnonzero(masses == 0)
     if len(empty):

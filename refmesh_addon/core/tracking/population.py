@@ -58,7 +58,13 @@ def followed(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -> 
 
 def retired(state: TrackedFrame, body: TriangleMesh) -> TrackedFrame:
     """The state without the centers inside a body that leaves; at least one center stays.  body : closed, in the frame of the state."""
-    remaining = state.active_centers & ~enclosed_by(body)(state.centers)
+    return retired_centers(state, enclosed_by(body)(state.centers))
+
+
+def retired_centers(state: TrackedFrame, leaving: np.ndarray) -> TrackedFrame:
+    """The state without the centers that are marked or listed in `leaving`; at least one center stays."""
+    remaining = state.active_centers.copy()
+    remaining[leaving] = False
     return replace(state, active=remaining) if remaining.any() else state
 
 
@@ -71,13 +77,20 @@ def with_born(state: TrackedFrame, body: TriangleMesh, volume: Volume, settings:
     own = sample_volume(body, settings.resolution, FEWEST)
     count = max(FEWEST, round(own.size / spacing**3))
     born = lloyd.spread(sample_volume(body, settings.resolution, count), count)
-    active = np.concatenate([state.active_centers, np.ones(count, dtype=bool)])
+    pairs = near_pairs(born, spacing)  # none with other centers, as a body that comes is apart
+    first, second = (number + np.int32(len(state.centers)) for number in (pairs.first, pairs.second))
+    return with_centers(state, born, volume, replace(pairs, first=first, second=second))
+
+
+def with_centers(state: TrackedFrame, born: np.ndarray, volume: Volume, pairs: Affinity) -> TrackedFrame:
+    """The state with (N, 3) centers that are born.  volume : of the whole frame.  pairs : with them, numbered after those of the state."""
+    active = np.concatenate([state.active_centers, np.ones(len(born), dtype=bool)])
     centers = np.concatenate([state.centers, born])
     cells = lloyd.cells(centers[active], Ownership(volume.finest))
     return TrackedFrame(
         centers,
         np.concatenate([state.before, born]),
-        _joined(state.affinity, near_pairs(born, spacing)),
+        _joined(state.affinity, pairs, len(centers)),
         _spread_out(cells, np.flatnonzero(active), centers),
         state.arap_energy,
         state.steps,
@@ -113,11 +126,10 @@ def _within(pairs: Affinity, number: np.ndarray) -> np.ndarray:
     return (number[pairs.first] >= 0) & (number[pairs.second] >= 0)
 
 
-def _joined(old: Affinity, born: Affinity) -> Affinity:
-    """The pairs of both; none between them, as a body that comes is apart."""
-    separation, agreement = (np.concatenate([getattr(one, name) for one in (old, born)]) for name in ("separation", "agreement"))
-    first, second = (np.concatenate([a, b + np.int32(old.centers)]) for a, b in ((old.first, born.first), (old.second, born.second)))
-    return Affinity(first, second, separation, agreement, old.centers + born.centers, old.spacing)
+def _joined(old: Affinity, new: Affinity, count: int) -> Affinity:
+    """The pairs of both.  count : of all centers."""
+    arrays = {name: np.concatenate([getattr(one, name) for one in (old, new)]) for name in ("first", "second", "separation", "agreement")}
+    return Affinity(**arrays, centers=count, spacing=old.spacing)
 
 
 def _spread_out(cells: Cells, chosen: np.ndarray, centers: np.ndarray) -> Cells:

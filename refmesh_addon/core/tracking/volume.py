@@ -36,6 +36,10 @@ class VolumeSamples(FrozenArrays):
     masses: Annotated[np.ndarray, "(N) float64"]
     spacing: float
 
+    def where(self, chosen: np.ndarray) -> VolumeSamples:
+        """Those marked in (N,) bool `chosen`."""
+        return VolumeSamples(self.positions[chosen], self.masses[chosen], self.spacing)
+
     @cached_property
     def moments(self) -> np.ndarray:
         """(N, 4) mass, and mass times position, of each sample."""
@@ -49,11 +53,14 @@ class VolumeSamples(FrozenArrays):
 
 @dataclass(frozen=True)
 class Volume:
-    """levels : coarse to fine samples of the same volume.  voxel : edge of a voxel.  size : enclosed volume, cubed units."""
+    """levels : coarse to fine samples of the same volume.  voxel : edge of a voxel.  size : enclosed volume, cubed units.
+    is_view : whether it is what a camera sees of a body, so that it ends where the view does.
+    """
 
     levels: tuple[VolumeSamples, ...]
     voxel: float
     size: float
+    is_view: bool = False
 
     @property
     def finest(self) -> VolumeSamples:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from ...core.capture.openness import SIDES
 from ...core.reference.budget import triangle_budget
 from ...core.settings import Settings
 from ...io.files import output_folder
@@ -76,7 +77,7 @@ class Context(Session):
         left_out = LeftOut.of(bad, sequence.numbers, spec.settings.tracking.bad_frames == "bridge")
         left_out.report(report, warn_and_report)
         needed = [one.needed_triangles for one in frames.statistics]
-        reference = triangle_budget(spec.settings.reference.triangles, frames.counts, needed)
+        reference = triangle_budget(spec.settings.reference.triangles, frames.counts, needed, SIDES[frames.kind])
         if workers.fit_memory(task_bytes(max(frames.counts), reference)):
             # Not for the report, which is the same on every machine.
             warn(f"only {workers.count} processes work at a time, as more would not fit in memory")

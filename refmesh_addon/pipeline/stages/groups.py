@@ -54,9 +54,20 @@ def chosen_groups(context: Context, tracking: TrackingResult) -> list[tuple[int,
     settings = context.settings.reference
     if settings.group_size or settings.group_starts.strip():
         return divided(fixed_groups(context), tuple(sorted({*tracking.changes, *context.cuts})))
+    if context.frames.take is not None:
+        return groups_of_views(tracking, settings.longest_group)
     (whole,) = tracking.ranges
     cuts = tuple(sorted({*tracking.jumps, *tracking.changes, *context.cuts}))
     return content_groups(tracking.positions, whole.load_affinity(), whole.spacing, settings.longest_group, cuts)
+
+
+def groups_of_views(tracking: TrackingResult, longest: int) -> list[tuple[int, ...]]:
+    """Groups of an open take by content, each of frames that have the same centers."""
+    (whole,), groups = tracking.ranges, []
+    for run in divided([tuple(range(len(tracking.positions)))], tracking.changes):
+        own = content_groups(tracking.centers_in(run), tracking.affinity_at(run[0]), whole.spacing, longest)
+        groups += [tuple(run[row] for row in group) for group in own]
+    return groups
 
 
 def divided(runs: list[tuple[int, ...]], at: tuple[int, ...]) -> list[tuple[int, ...]]:

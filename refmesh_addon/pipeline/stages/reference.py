@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ...core.capture.openness import OPEN
+from ...core.capture.openness import OPEN, SIDES
 from ...core.latest import latest_only
 from ...core.reference.alignment import AnchorFrame
 from ...core.reference.budget import MAX_TRIANGLES, is_capped, points_per_frame, triangle_budget
@@ -42,7 +42,7 @@ from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
 REFERENCE_SCHEMA = 16
-OPEN_REFERENCE_SCHEMA = 1  # of what is done differently for open takes
+OPEN_REFERENCE_SCHEMA = 2  # of what is done differently for open takes
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
@@ -157,7 +157,7 @@ def group_frames(
     """
     sources = sources or runs
     settings = {name: value for name, value in asdict(context.settings.reference).items() if name not in INDIRECT}
-    more = [OPEN_REFERENCE_SCHEMA] if context.frames.kind == OPEN else []
+    more = [OPEN_REFERENCE_SCHEMA] if context.frames.take is not None else []
     more += ([] if bodies is None else [bodies.tolist()]) + ([SEGMENT_SCHEMA] if kind.get("segment") else [])
     own = {frame: own_mesh_key(context) for frame in [own_mesh_frame(context)] if frame is not None}
     handovers = [following[0] for following in runs[1:]] + [None]
@@ -271,6 +271,6 @@ def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, fra
 
 
 def _budget(context: Context, group: FrameGroup) -> int:
-    frames = context.frames
+    frames, requested = context.frames, context.settings.reference.triangles
     needed = [frames.statistics[frame].needed_triangles for frame in group.source]
-    return triangle_budget(context.settings.reference.triangles, [frames.counts[frame] for frame in group.source], needed)
+    return triangle_budget(requested, [frames.counts[frame] for frame in group.source], needed, SIDES[frames.kind])

@@ -11,11 +11,10 @@ from typing import Annotated
 
 import numpy as np
 
-from ...core.reference.grouping import content_groups
 from ...core.types import FrozenArrays
 from ..session.cache import digest
 from ..session.context import Context
-from .groups import chosen_groups, divided, fixed_groups
+from .groups import chosen_groups, divided, fixed_groups, groups_of_views
 from .marked_bodies import bodies_apart
 from .reference import GroupedFrames, group_frames
 from .tracking_result import TrackingResult
@@ -126,12 +125,17 @@ def _mode(context: Context, tracking: TrackingResult) -> str:
 
 
 def _reasons(context: Context, runs: list[tuple[int, ...]], tracking: TrackingResult) -> tuple[str, ...]:
-    known = dict.fromkeys(context.cuts, BAD) | dict.fromkeys(tracking.changes, JUMP)
+    known = dict.fromkeys(context.cuts, BAD) | dict.fromkeys(tracking.changes, _change(context))
     return (FIRST, *(known.get(run[0], ASKED) for run in runs[1:]))
 
 
+def _change(context: Context) -> str:
+    """Why a run begins where centers are born or retired."""
+    return JUMP if context.frames.take is None else VIEW
+
+
 def _remembered(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> SegmentPlan:
-    cuts = {frame: BAD for frame in context.cuts} | {jump: JUMP for jump in (*tracking.jumps, *tracking.changes) if jump}
+    cuts = {frame: BAD for frame in context.cuts} | {jump: _change(context) for jump in (*tracking.jumps, *tracking.changes) if jump}
     starts = {0: FIRST} | cuts | _changes_of_view(context, tracking)
     key = _plan_key(context, tracking, bodies)
     cuts = context.cache.load_result("segments/plan", key, Cuts) or Cuts.at(starts, len(context.frames))
@@ -145,9 +149,7 @@ def _changes_of_view(context: Context, tracking: TrackingResult) -> dict[int, st
     """
     if context.frames.take is None:
         return {}
-    (whole,) = tracking.ranges
-    groups = content_groups(tracking.positions, whole.load_affinity(), whole.spacing, LONGEST_VIEW)
-    return {group[0]: VIEW for group in groups[1:]}
+    return {group[0]: VIEW for group in groups_of_views(tracking, LONGEST_VIEW)[1:]}
 
 
 def _plan(context: Context, tracking: TrackingResult, bodies: np.ndarray | None, cuts: Cuts) -> SegmentPlan:

@@ -11,6 +11,7 @@ from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
 from ...core.tracking.forward import TrackedFrame, first_frame
 from ...core.tracking.population import Change, advanced
+from ...core.tracking.view_changes import repopulated
 from ...core.tracking.volume import Volume, sample_volume
 from ...core.types import TriangleMesh
 from ..session.cache import digest
@@ -23,6 +24,7 @@ from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
 TRACKING_SCHEMA = 10
+VIEW_SCHEMA = 1  # of what is done differently for open takes
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "state"  # all that the next frame needs; only that of the last frame is kept
 
@@ -80,14 +82,16 @@ def _followed(context: Context, index: int, last: TrackedFrame, volume: Volume) 
         enclosed_volume(frames.settled(index), path, settings) if index in frames.coming else volume,
     )
     try:
-        return advanced(last, volume, change, settings)
+        state = advanced(last, volume, change, settings)
+        return repopulated(state, volume) if volume.is_view else state
     except ValueError as error:
         raise RefMeshError(f"{path}: too little volume to track in a body that appears here ({error})") from error
 
 
 def volume_of(context: Context, index: int) -> Volume:
     """The volume of a frame by its index. Raises RefMeshError, naming the file, when there is too little of it."""
-    return enclosed_volume(context.frames.body(index), context.frames.path(index), context.settings.tracking)
+    volume = enclosed_volume(context.frames.body(index), context.frames.path(index), context.settings.tracking)
+    return replace(volume, is_view=context.frames.take is not None)
 
 
 def enclosed_volume(body: TriangleMesh, path: Path, settings: TrackingSettings) -> Volume:
@@ -122,13 +126,18 @@ def _chained_keys(context: Context, bodies: np.ndarray | None) -> list[str]:
     settings = asdict(context.settings.tracking)
     for name in ("global_rounds", "surface", "bad_frames"):  # the keys of the frames depend on the last two
         del settings[name]
-    known = [] if bodies is None else [bodies.tolist()]
+    known = view_schema(context) + ([] if bodies is None else [bodies.tolist()])
     key, keys, frames = digest(TRACKING_SCHEMA, settings, *known), [], context.frames
     for index, frame_key in enumerate(frames.keys):
         changes = [kind[at].tolist() for kind, at in ((frames.leaving, index - 1), (frames.coming, index)) if at in kind]
         key = digest(key, frame_key, *changes)
         keys.append(key)
     return keys
+
+
+def view_schema(context: Context) -> list[int]:
+    """VIEW_SCHEMA where it applies, for keys."""
+    return [] if context.frames.take is None else [VIEW_SCHEMA]
 
 
 def _frame_entry(context: Context, own: _Pass, index: int) -> str:

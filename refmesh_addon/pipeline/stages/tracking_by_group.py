@@ -7,7 +7,7 @@ group take the numbers of the nearest ones: a center keeps its number and jumps 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,7 @@ from ..session.context import READING_SHARE, Context
 from ..session.job import TRACKING
 from ..session.stage_share import StageShare
 from .groups import fixed_groups
-from .tracking import TRACKING_SCHEMA, enclosed_volume
+from .tracking import TRACKING_SCHEMA, enclosed_volume, view_schema
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
@@ -48,11 +48,14 @@ def track_groups(context: Context) -> TrackingResult:
     return _joined(context, groups, tracked, [unit.key for unit in units.values()])
 
 
-def track_group(bodies: list[TriangleMesh], paths: list[Path], settings: TrackingSettings) -> TrackedGroup:
-    """Centers carried from the first of some frames to the last. Raises RefMeshError, naming the file, where that is impossible."""
+def track_group(bodies: list[TriangleMesh], paths: list[Path], settings: TrackingSettings, is_view: bool = False) -> TrackedGroup:
+    """Centers carried from the first of some frames to the last. Raises RefMeshError, naming the file, where that is impossible.
+
+    is_view : whether the frames are what a camera sees of bodies.
+    """
     state, frames = None, []
     for body, path in zip(bodies, paths, strict=True):
-        volume = enclosed_volume(body, path, settings)
+        volume = replace(enclosed_volume(body, path, settings), is_view=is_view)
         state = next_frame(state, volume, settings) if state else first_frame(volume, settings)
         frames.append(TrackedFrames.of(state, volume, path))
     assert state is not None, "a group has at least one frame"
@@ -64,10 +67,11 @@ def _unit(context: Context, index: int, group: tuple[int, ...]) -> WorkUnit:
     frames, settings = context.frames, context.settings.tracking
     reach = range(group[0], min(group[-1] + 2, len(frames)))
     followed = {name: value for name, value in asdict(settings).items() if name not in ("surface", "bad_frames")}  # which the frames tell
-    key = digest(TRACKING_SCHEMA, followed, [frames.keys[frame] for frame in reach])
+    key = digest(TRACKING_SCHEMA, followed, [frames.keys[frame] for frame in reach], *view_schema(context))
 
     def arguments() -> tuple:
-        return [frames.body(frame) for frame in reach], [frames.path(frame) for frame in reach], settings
+        paths = [frames.path(frame) for frame in reach]
+        return [frames.body(frame) for frame in reach], paths, settings, frames.take is not None
 
     return WorkUnit(f"tracking/group_{index:03d}", key, arguments, context.numbers[group[-1]])
 

@@ -25,6 +25,8 @@ def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> 
     born, retired = frames.born.tolist(), frames.retired.tolist()
     context.report.tracking |= {name: counts for name, counts in (("born", born), ("retired", retired)) if any(counts)}
     for index, (number, outside) in enumerate(zip(context.numbers, frames.outside.tolist(), strict=True)):
+        if context.frames.take is not None:
+            break  # centers out of view lie outside, and come and go with what the camera sees
         if born[index] or retired[index]:
             came = [f"a body has appeared: {born[index]} centers are born for it"] if born[index] else []
             left = [f"a body is missing: its {retired[index]} centers are retired"] if retired[index] else []

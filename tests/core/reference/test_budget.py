@@ -45,3 +45,9 @@ def test_depth_leaves_more_cells_on_the_surface_than_the_budget_but_not_many_mor
 def test_triangles_are_as_many_as_requested_or_as_captured_but_enough_to_fit(requested, captured, needed, expected, capped):
     assert triangle_budget(requested, captured, needed) == expected
     assert is_capped(requested, captured) == capped
+
+
+def test_a_layer_has_enough_triangles_for_each_of_its_sides():
+    assert triangle_budget(0, [24_000], [850_000], sides=2) == 2 * MIN_TRIANGLES
+    assert triangle_budget(0, [24_000], [40_000], sides=2) == 40_000
+    assert triangle_budget(0, [90_000], [850_000], sides=2) == 90_000
