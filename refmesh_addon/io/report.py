@@ -139,7 +139,8 @@ class BodyReport:
     """A body that is followed through the take.
 
     centers : how many it has.  position : their middle in the first of the frames that show it apart, in the coordinates of the input.
-    frames : first and last number of those frames: the one with the widest gap, or those whose motion shows it; () where it is alone.
+    frames : first and last number of those frames: the one with the widest gap, those with a narrow one, or those whose motion shows it;
+    () where it is alone.
     by_motion : whether it is its motion that shows it.
     """
 

@@ -146,7 +146,8 @@ def _body_lines(bodies: list[dict]) -> list[str]:
     lines = []
     for number, body in enumerate(bodies if len(bodies) > 1 else (), 1):
         first, last = body["frames"]
-        shown = f"moves apart in frames {first}-{last}" if body["by_motion"] else f"widest gap in frame {first}"
+        gap = f"widest gap in frame {first}" if first == last else f"apart in frames {first}-{last}"
+        shown = f"moves apart in frames {first}-{last}" if body["by_motion"] else gap
         lines.append(f"Body {number}: {body['centers']} centers, {shown}")
     return lines
 

@@ -18,6 +18,7 @@ NEAR = 0.5  # of the smaller piece's radius, how far its surface moves from fram
 OVERLAP = 0.5  # share of a piece's points that must lie near another piece for the one to continue in the other
 NOTICEABLE = 0.03  # share of the enclosed volume from which a piece that comes or goes shows in the frame's volume
 EXPLAINED = 0.5  # share of a piece's volume by which others must grow to have taken it up
+LARGE = 0.05  # share of the enclosed volume from which a piece may be a body of its own
 ALIKE = 1.5  # ratio of the volumes, and of the areas, of two pieces up to which one may have leapt to the place of the other
 
 
@@ -39,6 +40,11 @@ class Pieces(FrozenArrays):
     def radii(self) -> np.ndarray:
         """(K,) of spheres with the same areas."""
         return np.sqrt(self.areas / (4.0 * np.pi))
+
+    @property
+    def large(self) -> int:
+        """How many of them may be bodies of their own."""
+        return int((self.volumes >= LARGE * self.volumes.sum()).sum())
 
 
 def pieces_of(mesh: TriangleMesh) -> Pieces:

@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 from ..tracking.neighbors import neighbor_pairs
 from ..tracking.rigid_parts import RigidParts, rigid_parts
 from ..types import FrozenArrays
+from .bodies_by_gaps import GapBodies
 from .marked_bodies import marked_bodies
 from .separation import bodies_of
 
@@ -41,12 +42,14 @@ class TakeBodies(FrozenArrays):
     """The bodies of a take.
 
     bodies : (C,) number of the body of each center, from 0.  rows : (B, 2) first and last of the frames that show each body apart: those
-    whose motion does, or the one with the widest gap; -1 for a body that is alone.  by_motion : (B,) bool, whether it is their motion.
+    whose motion does, those with a narrow gap, or the one with the widest; -1 for a body that is alone.  by_motion : (B,) bool, whether
+    it is their motion.  joined : (B,) bool, whether centers of others were joined to it when it was tracked.
     """
 
     bodies: Annotated[np.ndarray, "(C) integer"]
     rows: Annotated[np.ndarray, "(B, 2) integer"]
     by_motion: Annotated[np.ndarray, "(B) bool"]
+    joined: Annotated[np.ndarray, "(B) bool"]
 
 
 @dataclass(frozen=True)
@@ -62,14 +65,14 @@ def touching_bodies(centers: np.ndarray, spacing: float) -> np.ndarray:
     return bodies_of(centers, _neighbors(centers, spacing))
 
 
-def bodies_by_motion(positions: np.ndarray, spacing: float, known: np.ndarray, start: np.ndarray | None = None) -> TakeBodies:
+def bodies_by_motion(positions: np.ndarray, spacing: float, known: GapBodies, start: np.ndarray | None = None) -> TakeBodies:
     """The bodies of a take, with those that its motion shows apart.
 
     positions : (F, C, 3) tracked centers, scene units.  spacing : s, scene units.
-    known : (C,) numbers, from 0, of the bodies that gaps have shown.  start : (C,) the same of coarser ones that motion may divide, as
-    gaps that open late leave centers on the wrong side; None for those.
+    known : those that gaps have shown.  start : (C,) numbers, from 0, of coarser ones that motion may divide, as gaps that open late leave
+    centers on the wrong side; None for those.
     """
-    bodies = (known if start is None else start).copy()
+    bodies = (known.bodies if start is None else start).copy()
     windows: dict[int, tuple[int, int] | None] = dict.fromkeys(range(bodies.max() + 1))
     for window in _windows(len(positions)):
         rows = np.unique(np.linspace(*window, FRAMES).astype(int))
@@ -79,10 +82,14 @@ def bodies_by_motion(positions: np.ndarray, spacing: float, known: np.ndarray, s
             if second.any():
                 bodies[own[second]] = len(windows)
                 windows[body] = windows[len(windows)] = window
-    moving = _divided_by_gaps(bodies, known)
-    shown = [windows[bodies[moving == body][0]] for body in range(moving.max() + 1)]
-    rows_of = lambda body: shown[body] or (_widest_gap(positions, moving == body),) * 2
-    return TakeBodies(moving, np.array([rows_of(body) for body in range(len(shown))]), np.array([window is not None for window in shown]))
+    moving = _divided_by_gaps(bodies, known.bodies)
+    owns = [moving == body for body in range(moving.max() + 1)]
+    shown = [windows[bodies[own][0]] for own in owns]
+    gaps = [known.rows[np.bincount(known.bodies[own]).argmax()].tolist() for own in owns]
+    widest = lambda own: [_widest_gap(positions, own)] * 2
+    rows = [window or (gap if gap[0] >= 0 else widest(own)) for own, window, gap in zip(owns, shown, gaps, strict=True)]
+    by_motion = np.array([window is not None for window in shown])
+    return TakeBodies(moving, np.array(rows), by_motion, by_motion | (np.array(gaps)[:, 0] >= 0))
 
 
 def _divided_by_gaps(bodies: np.ndarray, known: np.ndarray) -> np.ndarray:

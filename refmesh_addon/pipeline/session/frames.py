@@ -47,6 +47,7 @@ class _Survey:
         self.statistics: list[MeshStatistics] = []
         self.facing: list[np.ndarray] = []
         self.boxes: list[tuple[np.ndarray, np.ndarray]] = []
+        self.large_pieces: list[int] = []
         self.bad_frames = BadFrameSearch()
 
     def pieces(self, captured: CapturedSequence) -> Iterator[Pieces]:
@@ -58,6 +59,7 @@ class _Survey:
             self.statistics.append(frame.statistics)
             self.facing.append(frame.facing)
             self.boxes.append((frame.mesh.vertices.min(axis=0), frame.mesh.vertices.max(axis=0)))
+            self.large_pieces.append(file.pieces.large)
             self.bad_frames.add(file.pieces)
             yield file.pieces
 
@@ -73,6 +75,7 @@ class Frames:
     surface is then without what depth cameras add to it, and the body is a layer or a shell, of which all else counts as a cap.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
     corners.  diagonals : (F,) of the boxes, scene units.  statistics : of each frame as it came.
+    large_pieces : of each frame, how many may be bodies.
     bad : frames in which something is lost or doubled for a moment; none where the take is not closed, as what is seen changes then.
     """
 
@@ -83,6 +86,7 @@ class Frames:
         shown = visits(survey.pieces(captured))
         bad = survey.bad_frames.finished()
         self.counts, self.inside_out, self.statistics = survey.counts, survey.inside_out, survey.statistics
+        self.large_pieces = survey.large_pieces
         self.boxes = np.array(survey.boxes)
         self.diagonals = np.linalg.norm(self.boxes[:, 1] - self.boxes[:, 0], axis=1)
         self.mesh = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._load)

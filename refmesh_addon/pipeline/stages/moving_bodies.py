@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.reference.bodies_by_gaps import GapBodies, bodies_by_gaps
 from ...core.reference.bodies_by_motion import TakeBodies, bodies_by_motion, touching_bodies
 from ...core.reference.separation import bodies_of
 from ...io.report import BodyReport
@@ -11,7 +12,7 @@ from ..session.cache import digest
 from ..session.context import Context
 from .tracking_result import TrackingResult
 
-BODIES_SCHEMA = 2
+BODIES_SCHEMA = 3
 
 
 def take_bodies(context: Context, tracking: TrackingResult) -> TakeBodies | None:
@@ -22,25 +23,33 @@ def take_bodies(context: Context, tracking: TrackingResult) -> TakeBodies | None
     if context.frames.take is not None:
         return None
     (whole,) = tracking.ranges
-    return context.cache.load_or_make_result("tracking/bodies", digest(BODIES_SCHEMA, whole.key), TakeBodies, lambda: _bodies(tracking))
+    make = lambda: _bodies(context, tracking)
+    return context.cache.load_or_make_result("tracking/bodies", digest(BODIES_SCHEMA, whole.key), TakeBodies, make)
 
 
-def _bodies(tracking: TrackingResult) -> TakeBodies:
+def _bodies(context: Context, tracking: TrackingResult) -> TakeBodies:
     (whole,) = tracking.ranges
     known = bodies_of(tracking.positions[0], whole.load_affinity())
-    # Centers that are born have no place in the first frame.
-    start = touching_bodies(tracking.positions[0], whole.spacing) if tracking.active is None else None
-    return bodies_by_motion(tracking.positions, whole.spacing, known, start)
+    if tracking.active is not None:  # centers that are born have no place in the first frame
+        return bodies_by_motion(tracking.positions, whole.spacing, GapBodies.known(known))
+    shown = np.flatnonzero(np.array(context.frames.large_pieces) > known.max() + 1).tolist()
+    gaps = bodies_by_gaps(tracking.positions, whole.spacing, known, shown, context.frames.body)
+    return bodies_by_motion(tracking.positions, whole.spacing, gaps, touching_bodies(tracking.positions[0], whole.spacing))
 
 
 def report_bodies(context: Context, tracking: TrackingResult, found: TakeBodies) -> None:
-    """Every body in the report, and a warning where motion shows any."""
+    """Every body in the report, and a warning where those that touch are told apart."""
     for body, (first, last) in enumerate(found.rows.tolist()):
         own = found.bodies == body
         frames = (context.numbers[first], context.numbers[last]) if first >= 0 else ()
         middle = tuple(tracking.positions[max(first, 0), own].mean(axis=0).tolist())
         context.report.bodies.append(BodyReport(int(own.sum()), middle, frames, bool(found.by_motion[body])))
-    if found.by_motion.any():
-        first, last = context.report.bodies[int(np.argmax(found.by_motion))].frames
-        what = f"{found.by_motion.sum()} bodies touch in the first frame, but move apart in frames {first}-{last}"
-        context.warn(f"{what}: they are followed and reconstructed each by itself")
+    _warn(context, found.by_motion, "touch in the first frame, but move apart in frames {}-{}")
+    _warn(context, found.joined & ~found.by_motion, "touch in other frames, but are apart in frames {}-{}")
+
+
+def _warn(context: Context, chosen: np.ndarray, what: str) -> None:
+    """What shows the (B,) bool chosen bodies, if any, and what is done about it."""
+    if chosen.any():
+        frames = context.report.bodies[int(np.argmax(chosen))].frames
+        context.warn(f"{chosen.sum()} bodies {what.format(*frames)}: they are followed and reconstructed each by itself")

@@ -47,6 +47,7 @@ def track_sequence(context: Context) -> TrackingResult:
     found = take_bodies(context, result)
     if found is not None and found.by_motion.any():  # the time of this is not foreseen
         frames, result = _tracked_through(context, _Pass("tracking/apart_", found.bodies, StageShare(TRACKING, end, end)))
+    if found is not None and found.joined.any():
         result = replace(result, moving=found.bodies)
     report_tracking(context, frames, result.ranges[0].spacing)
     if found is not None:

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from scipy.spatial.transform import Rotation
 
+from refmesh_addon.core.reference.bodies_by_gaps import GapBodies
 from refmesh_addon.core.reference.bodies_by_motion import bodies_by_motion
 from sample_scenes.generators import SEQUENCES
 from sample_scenes.generators.motions import Bend, Chain, Rigid, Twist
@@ -27,7 +28,7 @@ def carried(parts: list, times=TIMES) -> tuple[np.ndarray, np.ndarray]:
 
 
 def bodies(positions: np.ndarray) -> np.ndarray:
-    return bodies_by_motion(positions, STEP, np.zeros(positions.shape[1], dtype=int)).bodies
+    return bodies_by_motion(positions, STEP, GapBodies.known(np.zeros(positions.shape[1], dtype=int))).bodies
 
 
 def agreement(one: np.ndarray, other: np.ndarray) -> float:
@@ -87,7 +88,7 @@ def test_scale_and_place_change_nothing_and_known_bodies_stay():
     far = Rigid((0, 0, 1), lambda t: t, lambda t: (9.0, 0.0, 0.0))
     box = grid((0.3, 0.3, 0.6), (1.2, 1, 1.2))
     positions, truth = carried([(grid((0, 0, 0), (2, 1.5, 0.6)), Chain(())), (box, slide), (box, far)])
-    known = (truth == 2).astype(int)
+    known = GapBodies.known((truth == 2).astype(int))
     result = bodies_by_motion(positions, STEP, known)
     assert_array_equal(np.unique(np.stack([truth, result.bodies]), axis=1).shape, (2, 3))
     assert_array_equal(result.rows[[0, 2]], [[0, 8], [0, 8]])

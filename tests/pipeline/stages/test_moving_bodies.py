@@ -14,9 +14,10 @@ DEFAULTS = {"until": "tracking", **{name: getattr(TINY.tracking, name) for name 
 
 def divided(positions, spacing, known, start) -> TakeBodies:
     """The first ball as two bodies, upper and lower half."""
-    bodies = np.where((known == known[0]) & (positions[0, :, 2] > 0), known.max() + 1, known)
-    by_motion = np.arange(3) != 1 - known[0]
-    return TakeBodies(bodies, np.where(by_motion[:, None], [[0, 2]], [[1, 1]]), by_motion)
+    first = known.bodies[0]
+    bodies = np.where((known.bodies == first) & (positions[0, :, 2] > 0), 2, known.bodies)
+    by_motion = np.arange(3) != 1 - first
+    return TakeBodies(bodies, np.where(by_motion[:, None], [[0, 2]], [[1, 1]]), by_motion, by_motion)
 
 
 @pytest.fixture
