@@ -99,7 +99,8 @@ def extracted(take: Take, settings: ReferenceSettings, workers: Workers) -> Refe
     tasks = [(body, centers, mapped, group, settings, count) for body, centers in zip(take.capped, take.positions)]
     aligned = _mapped(workers, align_frame, tasks)
     kept = [index for index, one in enumerate(aligned) if one.iou_after >= settings.least_overlap]
-    surface = group_surface([aligned[index] for index in kept], kept.index(group.anchor), take.spacing)
+    lines = aligned[group.anchor].features
+    surface = group_surface((aligned[index] for index in kept), kept.index(group.anchor), lines, take.spacing)
     depth = settings.poisson_depth or reconstruction_depth(take.bodies[group.anchor], budget)
     (built,) = _mapped(workers, build_with, [(settings.reconstruction, surface, take.spacing, budget, depth)])
     before, after = ([getattr(one, name) for one in aligned] for name in ("iou_before", "iou_after"))

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import io
+import math
 import struct
 import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import BinaryIO
 
 import numpy as np
 
+_HEADER_START = 10  # bytes of an .npy before its header: magic, version, length of the header, two bytes
 # What numpy.load and zipfile raise for damaged files.
 DAMAGE = (
     OSError,
@@ -60,8 +63,23 @@ def _check_sizes(members: Iterable[zipfile.ZipInfo], size: int) -> None:
 
 
 def _array(data: bytes) -> np.ndarray:
-    file = io.BytesIO(data)
-    array = np.lib.format.read_array(file, allow_pickle=False)
-    if file.tell() != len(data):
-        raise ValueError("an array declares less than it holds")
-    return array
+    length = _HEADER_START + int.from_bytes(data[_HEADER_START - 2 : _HEADER_START], "little")
+    shape, by_columns, dtype = _layout(data[:length])
+    if dtype.hasobject or not dtype.itemsize:
+        raise ValueError(f"an array of {dtype} is no array of RefMesh's")
+    if math.prod(shape) * dtype.itemsize != len(data) - length:
+        raise ValueError("an array declares more or less than it holds")
+    values = np.frombuffer(data, dtype, offset=length) if len(data) > length else np.zeros(0, dtype)
+    return values.copy().reshape(shape, order="F" if by_columns else "C")
+
+
+@lru_cache(maxsize=1024)
+def _layout(header: bytes) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether columns come first, and type. Cached: NumPy takes longer to parse the header of a small array than to read it."""
+    file = io.BytesIO(header)
+    if np.lib.format.read_magic(file) != (1, 0):
+        raise ValueError("an array in a format that RefMesh never writes")
+    shape, by_columns, dtype = np.lib.format.read_array_header_1_0(file)
+    if min(shape, default=0) < 0:
+        raise ValueError(f"an array of shape {shape}")
+    return shape, by_columns, dtype

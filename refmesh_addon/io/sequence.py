@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
@@ -36,15 +37,15 @@ class Sequence:
     notes: tuple[str, ...] = ()
     readings: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def numbers(self) -> tuple[int, ...]:
         """The number of each frame, rising."""
         return tuple(frame.number for frame in self.frames)
 
-    @property
+    @cached_property
     def folder(self) -> Path:
         """The folder that holds all frames; where each has a folder of its own, the one around these."""
-        return Path(os.path.commonpath([frame.path.parent for frame in self.frames]))
+        return Path(os.path.commonpath({frame.path.parent for frame in self.frames}))
 
 
 def timeline_frame(sequence: Sequence, number: int) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -69,15 +68,29 @@ def _within_a_body(frame: FrameMap, features: FeatureEdges) -> np.ndarray:
     return np.asarray(frame.affinity[owners[0], owners[1]]).ravel() > ONE_BODY
 
 
-def shared_features(frames: Sequence[FrameFeatures], anchor: int, spacing: float) -> FrameFeatures:
-    """The features of the anchor frame of a group, given by its index, that enough other frames have.  spacing : s, scene units."""
-    own = frames[anchor]
-    others = [frame for index, frame in enumerate(frames) if index != anchor]
-    if not len(own.edges) or not others:
-        return own
-    middles = own.mesh.vertices[own.edges].mean(axis=1)
-    votes = sum(_near(middles, frame, spacing).astype(int) for frame in others)
-    return FrameFeatures(own.mesh, own.edges[votes >= SHARED * len(others)])
+class SharedFeatures:
+    """Collects which features of the anchor frame of a group its other frames have too; these are looked at one after the other.
+
+    anchor : the features of that frame.  spacing : s, scene units.
+    """
+
+    def __init__(self, anchor: FrameFeatures, spacing: float):
+        self._anchor, self._spacing, self._count = anchor, spacing, 0
+        self._middles = anchor.mesh.vertices[anchor.edges].mean(axis=1)
+        self._votes = np.zeros(len(anchor.edges), dtype=int)
+
+    def add(self, frame: FrameFeatures) -> None:
+        """Another frame."""
+        self._count += 1
+        if len(self._anchor.edges):
+            self._votes += _near(self._middles, frame, self._spacing)
+
+    @property
+    def lines(self) -> FrameFeatures:
+        """The features that enough of the other frames have; all where there are no others."""
+        if not self._count:
+            return self._anchor
+        return FrameFeatures(self._anchor.mesh, self._anchor.edges[self._votes >= SHARED * self._count])
 
 
 def _near(points: np.ndarray, frame: FrameFeatures, spacing: float) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -21,7 +21,7 @@ from ..types import FrozenArrays, TriangleMesh
 from .alignment import align
 from .anchor_frame import AnchorFrame, ShownSurface
 from .cap_points import HoleFinder, OrientedPoints, counting
-from .frame_features import FrameFeatures, frame_features, shared_features
+from .frame_features import FrameFeatures, SharedFeatures, frame_features
 from .mapping import FrameMap
 from .open_alignment import align_open
 from .oriented_points import oriented_points
@@ -152,11 +152,20 @@ def align_frame(
     return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after, frame_features(frame, aligned.mesh, aligned.whole))
 
 
-def group_surface(frames: Sequence[AlignedFrame], anchor: int, spacing: float) -> GroupSurface:
-    """What counts of the aligned frames of a group.  anchor : index of the anchor frame among them.  spacing : s, scene units."""
-    surfaces = counting([frame.surface for frame in frames], anchor)
+def group_surface(frames: Iterable[AlignedFrame], anchor: int, lines: FrameFeatures, spacing: float) -> GroupSurface:
+    """What counts of the aligned frames of a group.
+
+    frames : read one after the other; together they would fill the memory.  anchor : index of the anchor frame among them.
+    lines : the features of that frame.  spacing : s, scene units.
+    """
+    shared, surfaces = SharedFeatures(lines, spacing), []
+    for index, frame in enumerate(frames):
+        surfaces.append(frame.surface)
+        if index != anchor:
+            shared.add(frame.features)
+    surfaces = counting(surfaces, anchor)
     points, normals = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals"))
-    return GroupSurface(points, normals, shared_features([frame.features for frame in frames], anchor, spacing))
+    return GroupSurface(points, normals, shared.lines)
 
 
 def with_features(reference: ReferenceMesh, features: FrameFeatures) -> ReferenceMesh:

@@ -8,7 +8,12 @@ whole take. Where something appears or leaves there is a cut in any case.
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property, partial, reduce
+from itertools import accumulate, islice
 
 import numpy as np
 from scipy import sparse
@@ -22,26 +27,31 @@ TOUCHING = 1.25  # distance, in s, below which centers of different bodies touch
 
 @dataclass(frozen=True)
 class Contacts:
-    """Pairs of centers without affinity that touch in some frame.
+    """Pairs of centers without affinity that touch.
 
-    touching : (F, K) bool, which of the K pairs touch in which frame.
+    touching : (K,) int64 for each frame, which of all pairs touch there, by ascending number.
     """
 
-    touching: np.ndarray
+    touching: tuple[np.ndarray, ...]
 
     @classmethod
     def of(cls, positions: np.ndarray, affinity: sparse.csr_matrix, spacing: float) -> Contacts:
         """positions : (F, C, 3).  affinity : (C, C), zero between different bodies.  spacing : s, scene units."""
-        count = positions.shape[1]
-        linked = set(_keys(sparse.triu(affinity, 1).tocoo(), count))
-        near = [_near_keys(centers, TOUCHING * spacing, count) for centers in positions]
-        pairs = np.array(sorted(set().union(*near) - linked), dtype=np.int64)
-        return cls(np.array([np.isin(pairs, sorted(frame)) for frame in near]).reshape(len(positions), len(pairs)))
+        pairs, count = sparse.triu(affinity, 1).tocoo(), positions.shape[1]
+        linked = np.append(np.sort(_numbers(np.column_stack([pairs.row, pairs.col]), count)), np.iinfo(np.int64).max)
+        near = (cKDTree(centers).query_pairs(TOUCHING * spacing, output_type="ndarray") for centers in positions)
+        numbers = (np.sort(_numbers(pair, count)) for pair in near)
+        return cls(tuple(own[linked[np.searchsorted(linked, own)] != own] for own in numbers))
 
-    def lasting(self, start: int, stop: int) -> float:
-        """Pairs that touch in every frame from start to before stop, as a share of the most that ever touch in one frame."""
-        most = self.touching.sum(axis=1).max(initial=0)
-        return float(self.touching[start:stop].all(axis=0).sum() / most) if most else 0.0
+    @cached_property
+    def most(self) -> int:
+        """The most pairs that touch in one frame."""
+        return max(map(len, self.touching))
+
+    def lasting(self, start: int, stop: int) -> list[float]:
+        """Pairs that touch in every frame from start on, up to each frame before stop, as shares of the most in one frame."""
+        lasting = accumulate(self.touching[start:stop], partial(np.intersect1d, assume_unique=True))
+        return [len(pairs) / self.most if self.most else 0.0 for pairs in lasting]
 
 
 def content_groups(
@@ -58,18 +68,20 @@ def content_groups(
     """
     if longest < 1:
         raise ValueError(f"a group needs at least one frame; got {longest}")
-    count = len(positions)
-    contacts = Contacts.of(positions, affinity, spacing)
-    pairs = sparse.triu(affinity, 1).tocoo()
-    distances = np.array([np.linalg.norm(centers[pairs.row] - centers[pairs.col], axis=1) for centers in positions])
+    count, later = len(positions), sorted({*cuts, len(positions)})
+    contacts, distances = Contacts.of(positions, affinity, spacing), _distances(positions, sparse.triu(affinity, 1).tocoo())
+    reached: deque[np.ndarray] = deque()  # distances in the frames of the longest group that begins with a frame
     cheapest, start_of = np.full(count + 1, np.inf), np.zeros(count + 1, dtype=int)
     cheapest[0] = 0.0
     for start in range(count):
-        end = min([start + longest, count, *(cut for cut in cuts if cut > start)])
-        for stop, misfit in enumerate(_misfits(distances[start:end]), start + 1):
-            cost = cheapest[start] + 1.0 + misfit + CONTACT_COST * contacts.lasting(start, stop)
+        end = min(start + longest, later[bisect_right(later, start)])
+        reached.extend(islice(distances, end - start - len(reached)))
+        rows = zip(_misfits(np.array(reached)), contacts.lasting(start, end), strict=True)
+        for stop, (misfit, lasting) in enumerate(rows, start + 1):
+            cost = cheapest[start] + 1.0 + misfit + CONTACT_COST * lasting
             if cost < cheapest[stop]:
                 cheapest[stop], start_of[stop] = cost, start
+        reached.popleft()
     groups, stop = [], count
     while stop:  # falls: a group begins before it ends
         groups.append(tuple(range(start_of[stop], stop)))
@@ -82,9 +94,9 @@ def least_strained_cut(positions: np.ndarray, affinity: sparse.csr_matrix, candi
 
     positions : (F, C, 3) tracked centers.  affinity : (C, C) weights; only pairs with affinity count.  candidates : rows, none of them 0.
     """
-    distances = _sampled_distances(positions, affinity)
-    missed = lambda part: float(((part.max(axis=0) - part) ** 2).sum())
-    return min(candidates, key=lambda start: missed(distances[:start]) + missed(distances[start:]))
+    pairs, first = _sampled(affinity), positions[:1]
+    before, after = (_running_stress(_distances(rows, pairs), next(_distances(first, pairs))) for rows in (positions, positions[::-1]))
+    return min(candidates, key=lambda start: before[start - 1] + after[len(positions) - start - 1])
 
 
 def frame_stress(positions: np.ndarray, affinity: sparse.csr_matrix) -> np.ndarray:
@@ -92,16 +104,34 @@ def frame_stress(positions: np.ndarray, affinity: sparse.csr_matrix) -> np.ndarr
 
     positions : (F, C, 3) tracked centers.  affinity : (C, C) weights; only pairs with affinity count.
     """
-    distances = _sampled_distances(positions, affinity)
-    return ((distances.max(axis=0) - distances) ** 2).sum(axis=1)
+    pairs = _sampled(affinity)
+    largest = reduce(np.maximum, _distances(positions, pairs))
+    return np.array([((largest - now) ** 2).sum() for now in _distances(positions, pairs)])
 
 
-def _sampled_distances(positions: np.ndarray, affinity: sparse.csr_matrix) -> np.ndarray:
-    """(F, P) distances between MAX_PAIRS pairs of centers with affinity, evenly chosen, or all of them."""
+def _sampled(affinity: sparse.csr_matrix) -> sparse.coo_matrix:
+    """MAX_PAIRS pairs of centers with affinity, evenly chosen, or all of them."""
     pairs = sparse.triu(affinity, 1).tocoo()
     chosen = np.unique(np.linspace(0, len(pairs.row) - 1, min(len(pairs.row), MAX_PAIRS)).astype(int))
-    first, second = pairs.row[chosen], pairs.col[chosen]
-    return np.array([np.linalg.norm(centers[first] - centers[second], axis=1) for centers in positions])
+    return sparse.coo_matrix((pairs.data[chosen], (pairs.row[chosen], pairs.col[chosen])), pairs.shape)
+
+
+def _distances(positions: np.ndarray, pairs: sparse.coo_matrix) -> Iterator[np.ndarray]:
+    """(P,) distances between pairs of centers, frame by frame: those of a long take would fill the memory."""
+    return (np.linalg.norm(centers[pairs.row] - centers[pairs.col], axis=1) for centers in positions)
+
+
+def _running_stress(distances: Iterable[np.ndarray], zero: np.ndarray) -> list[float]:
+    """Squared stress of the first 1, 2, ... frames against their largest distances, from sums, so that no frame is read again.
+
+    zero : (P,) distances from which all are counted, as sums of squares of large numbers cost digits.
+    """
+    largest, total, squares, stress = np.full(len(zero), -np.inf), np.zeros(len(zero)), 0.0, []
+    for count, now in enumerate(distances, 1):
+        change = now - zero
+        largest, total, squares = np.maximum(largest, change), total + change, squares + float(change @ change)
+        stress.append(float(count * largest @ largest - 2 * largest @ total) + squares)
+    return stress
 
 
 def _misfits(distances: np.ndarray) -> np.ndarray:
@@ -115,10 +145,6 @@ def _misfits(distances: np.ndarray) -> np.ndarray:
     return result
 
 
-def _near_keys(centers: np.ndarray, reach: float, count: int) -> set[int]:
-    first, second = cKDTree(centers).query_pairs(reach, output_type="ndarray").T
-    return set((first.astype(np.int64) * count + second).tolist())
-
-
-def _keys(pairs: sparse.coo_matrix, count: int) -> list[int]:
-    return (pairs.row.astype(np.int64) * count + pairs.col).tolist()
+def _numbers(pairs: np.ndarray, count: int) -> np.ndarray:
+    """(N,) int64 number of each of (N, 2) pairs of `count` centers."""
+    return pairs[:, 0].astype(np.int64) * count + pairs[:, 1]

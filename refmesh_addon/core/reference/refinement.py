@@ -5,15 +5,16 @@ Cloth that unfolds has little surface in the reference positions. The deformed t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import edge_lengths, mean_edge_length
 from ..geometry.subdivision import split_edges
-from ..types import FrozenArrays
+from ..types import FrozenArrays, TriangleMesh
 from .group import ReferenceMesh
 
 LONGEST = 1.6  # mean edge lengths, of an edge in a frame; of a regular mesh at rest hardly any is as long
@@ -34,47 +35,57 @@ class FittedFrame(FrozenArrays):
     visible: np.ndarray
 
 
-def refined(reference: ReferenceMesh, frames: Sequence[FittedFrame]) -> ReferenceMesh:
+def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame]) -> ReferenceMesh:
     """The reference mesh with those edges split in the middle that some frame stretches; itself where there are none.
 
-    frames : the mesh in some of them. New vertices come after those that there are.
+    frames : the mesh in some of them, read one after the other in each round. New vertices come after those that there are.
 
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> still = ReferenceMesh(square, 0)
     >>> refined(still, [FittedFrame(square.vertices, np.ones(4, dtype=bool))]) is still
     True
     """
-    rest = FittedFrame(reference.mesh.vertices, np.ones(len(reference.mesh.vertices), dtype=bool))
-    states = [rest, *frames]
-    lengths = [mean_edge_length(reference.mesh.moved(state.vertices)) for state in states]
-    budget = int(MOST * len(HalfEdges.of(reference.mesh).edges))
+    start = reference.mesh
+    rest = FittedFrame(start.vertices, np.ones(len(start.vertices), dtype=bool))
+    budget = int(MOST * len(HalfEdges.of(start).edges))
+    splits: list[np.ndarray] = []
     for _ in range(ROUNDS):
         table = HalfEdges.of(reference.mesh)
-        split = _longest(_stretched(table.edges, states, lengths), budget)
+        split = _longest(_stretched(table.edges, start, rest, frames, splits), budget)
         if not split.any():
             break
         budget -= int(split.sum())
-        states = [_with_middles(state, table.edges[split]) for state in states]
+        splits.append(table.edges[split])
         features = _halved(reference.features, table.edges[split], len(reference.mesh.vertices))
         reference = replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
     return reference
+
+
+def _stretched(
+    edges: np.ndarray, start: TriangleMesh, rest: FittedFrame, frames: Iterable[FittedFrame], splits: Sequence[np.ndarray]
+) -> np.ndarray:
+    """(E,) largest length of each of (E, 2) edges in a frame, in mean edge lengths; 0 where no frame stretches it.
+
+    start : the mesh before any edge was split.  rest, frames : it at rest and then in each frame.  splits : the edges that were split
+    since, (S, 2) in each round.
+    """
+    at_rest = _sizes(edges, start, rest, splits)
+    largest = reduce(np.maximum, (_sizes(edges, start, frame, splits) for frame in frames))
+    return np.where((largest > LONGEST) & (largest > STRETCHED * at_rest), largest, 0.0)
+
+
+def _sizes(edges: np.ndarray, start: TriangleMesh, state: FittedFrame, splits: Sequence[np.ndarray]) -> np.ndarray:
+    """(E,) length of each of (E, 2) edges in a frame, in mean edge lengths of the mesh before any was split; 0 where it is not visible."""
+    length = mean_edge_length(start.moved(state.vertices))
+    for ends in splits:
+        state = _with_middles(state, ends)
+    return edge_lengths(state.vertices, edges) / length * state.visible[edges].all(axis=1)
 
 
 def _with_middles(state: FittedFrame, edges: np.ndarray) -> FittedFrame:
     """The same with a vertex in the middle of each of (S, 2) edges."""
     vertices = np.concatenate([state.vertices, state.vertices[edges].mean(axis=1)])
     return FittedFrame(vertices, np.concatenate([state.visible, state.visible[edges].all(axis=1)]))
-
-
-def _stretched(edges: np.ndarray, states: Sequence[FittedFrame], lengths: Sequence[float]) -> np.ndarray:
-    """(E,) largest length of each of (E, 2) edges in a frame, in mean edge lengths; 0 where no frame stretches it.
-
-    states, lengths : of the mesh and its mean edge, at rest and then in each frame.
-    """
-    sizes = (edge_lengths(state.vertices, edges) / length for state, length in zip(states, lengths, strict=True))
-    rest, *there = (size * state.visible[edges].all(axis=1) for size, state in zip(sizes, states, strict=True))
-    largest = np.max(there, axis=0)
-    return np.where((largest > LONGEST) & (largest > STRETCHED * rest), largest, 0.0)
 
 
 def _longest(sizes: np.ndarray, count: int) -> np.ndarray:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from itertools import pairwise
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -46,7 +49,8 @@ def _mean_step(positions: np.ndarray) -> np.ndarray:
     """(C,) mean distance that a center goes from frame to frame."""
     if len(positions) < 2:
         return np.zeros(positions.shape[1])
-    return np.mean([np.linalg.norm(after - before, axis=1) for before, after in zip(positions[:-1], positions[1:])], axis=0)
+    steps = (np.linalg.norm(after - before, axis=1) for before, after in pairwise(positions))
+    return reduce(np.add, steps) / (len(positions) - 1)
 
 
 def _stretch(positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:

@@ -19,9 +19,10 @@ def irregularity(positions: np.ndarray) -> np.ndarray:
     frames, count, _ = positions.shape
     if count < 2:
         return np.zeros(count)
-    centered = positions - positions.mean(axis=1, keepdims=True)  # far coordinates would cost digits
-    trajectories = centered.transpose(1, 0, 2).reshape(count, -1)
-    return np.maximum(_nearest_squared(trajectories), 0) / frames
+    trajectories = np.empty((count, frames, 3))
+    for frame, centers in enumerate(positions):
+        trajectories[:, frame] = centers - centers.mean(axis=0)  # far coordinates would cost digits
+    return np.maximum(_nearest_squared(trajectories.reshape(count, -1)), 0) / frames
 
 
 def regular_centers(positions: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -20,6 +22,6 @@ def lasting_pairs(positions: np.ndarray, spacing: float) -> tuple[np.ndarray, np
     positions : (F, C, 3) scene units.  spacing : s, scene units.
     """
     pairs = neighbor_pairs(positions[0], spacing)
-    farthest = np.max([np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=1) for centers in positions], axis=0)
+    farthest = reduce(np.maximum, (np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=1) for centers in positions))
     together = farthest < PARTED * spacing
     return pairs[together], farthest[together]

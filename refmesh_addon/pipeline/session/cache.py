@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from ...io.files import output_folder, remove_if_possible
 from ...io.sealed_npz import read_sealed, write_sealed
 
 KEY_LENGTH = 12  # hexadecimal digits of a key in a file name: 48 bits, for at most thousands of entries
+_ENTRY = re.compile(rf"(.+)-[0-9a-f]{{{KEY_LENGTH}}}\.npz")
 
 
 def digest(*parts: object) -> str:
@@ -45,9 +47,9 @@ class Cache:
     ):
         self.folder = output_folder(folder, shared)
         self._resume, self._warn, self._shared = resume, warn, shared
-        self._written: set[Path] = set()
+        self._whole: dict[str, str] = {}  # name -> key of each entry that this run has written, or read without a fault
         self._damaged: set[Path] = set()
-        self._folders: set[Path] = {self.folder}
+        self._earlier: dict[Path, dict[str, list[str]]] = {}  # folder -> stem -> file names of entries before this run wrote there
 
     def path(self, name: str, key: str) -> Path:
         """Where the entry is, or would be."""
@@ -56,7 +58,7 @@ class Cache:
     def load(self, name: str, key: str, declared: Mapping[str, str] | None = None) -> Arrays | None:
         """The arrays of an entry; None when it is absent.  declared : what they must be, as in `check_layouts`."""
         path = self.path(name, key)
-        if not self._resume and path not in self._written:
+        if not self._resume and self._whole.get(name) != key:
             return None
         try:
             arrays = read_sealed(path, self._sealed_name(path))
@@ -72,12 +74,15 @@ class Cache:
     def save(self, name: str, key: str, arrays: Mapping[str, np.ndarray]) -> None:
         """Writes an entry, then removes those of the same name with other keys."""
         path = self.path(name, key)
-        if path.parent not in self._folders:
-            self._folders.add(output_folder(path.parent, self._shared))
+        if path.parent not in self._earlier:
+            self._earlier[path.parent] = _entries(output_folder(path.parent, self._shared))
         write_sealed(path, self._sealed_name(path), arrays)
         self._damaged.discard(path)
-        self._written.add(path)
-        self.remove_stale(name, keep=[key])
+        stale = self._earlier[path.parent].pop(Path(name).name, [])
+        stale += [self.path(name, self._whole[name]).name] if name in self._whole else []
+        for other in set(stale) - {path.name}:
+            remove_if_possible(path.with_name(other))
+        self._whole[name] = key
 
     def load_or_make(
         self, name: str, key: str, make: Callable[[], Mapping[str, np.ndarray]], declared: Mapping[str, str] | None = None
@@ -93,10 +98,17 @@ class Cache:
         """The result dataclass that an entry holds; None when it is absent."""
         arrays = self.load(name, key)
         try:
-            return None if arrays is None else from_arrays(kind, arrays)
+            result = None if arrays is None else from_arrays(kind, arrays)
         except (LookupError, TypeError, ValueError) as error:  # written by a version that kept other fields, or by somebody else
             self._warn_of(self.path(name, key), error)
             return None
+        if result is not None:
+            self._whole[name] = key
+        return result
+
+    def holds_result(self, name: str, key: str, kind: type[Result]) -> bool:
+        """Whether there is an entry that holds such a result; one that this run has written or read is not read again for this."""
+        return self._whole.get(name) == key or self.load_result(name, key, kind) is not None
 
     def save_result(self, name: str, key: str, result: object) -> None:
         """Writes a result dataclass as an entry, as `save` does."""
@@ -120,14 +132,15 @@ class Cache:
             self._damaged.add(path)
             self._warn(f"{path}: the cache entry cannot be used and is computed again ({error})")
 
-    def remove_stale(self, name: str, keep: Iterable[str]) -> None:
-        """Removes all entries of this name except those with the keys to keep."""
-        kept = {self.path(name, key).name for key in keep}
-        stem = Path(name).name
-        entry = re.compile(re.escape(stem) + rf"-[0-9a-f]{{{KEY_LENGTH}}}\.npz")
-        for path in (self.folder / name).parent.glob("*.npz"):
-            if entry.fullmatch(path.name) and path.name not in kept:
-                remove_if_possible(path)
+
+def _entries(folder: Path) -> dict[str, list[str]]:
+    """Names of the entries in a folder, by what stands before their keys. Read once: a take has thousands, each of which is saved."""
+    entries: dict[str, list[str]] = {}
+    for name in os.listdir(folder):
+        entry = _ENTRY.fullmatch(name)
+        if entry:
+            entries.setdefault(entry[1], []).append(name)
+    return entries
 
 
 def _in_c_order(arrays: Mapping[str, np.ndarray]) -> Arrays:

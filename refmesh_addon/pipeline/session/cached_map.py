@@ -143,7 +143,7 @@ def _own_units(session: Session, units: Mapping[Name, WorkUnit], share: StageSha
 
 def _missing(session: Session, unit: WorkUnit, kind: type, share: StageShare) -> bool:
     share.tell(session.notify, 0.0)
-    return session.cache.load_result(unit.entry, unit.key, kind) is None
+    return not session.cache.holds_result(unit.entry, unit.key, kind)
 
 
 @dataclass

@@ -87,8 +87,7 @@ class DeformedSequence:
 
     def frame_key(self, group: FrameGroup, frame: int) -> str:
         """Of all that the mesh of a frame depends on: cuts far from it change nothing."""
-        row = group.reached.index(frame)
-        key = self.block_keys[group.index, next(index for index, (_, end) in enumerate(blocks(group)) if row < end)]
+        key = self.block_keys[group.index, block_of(group, group.reached.index(frame))[0]]
         return digest(key, group.frames) if group.index in self.transients else key
 
     def row(self, group: FrameGroup, row: int) -> SmoothedFrame:
@@ -117,7 +116,7 @@ class DeformedSequence:
         return np.array([nearest[piece] for piece in range(len(nearest))])[transients.piece]
 
     def _bare_row(self, group: FrameGroup, row: int) -> SmoothedFrame:
-        index, (start, _) = next((index, block) for index, block in enumerate(blocks(group)) if row < block[1])
+        index, start = block_of(group, row)
         block = self.smoothed[group.index, index]
         shares = (float(getattr(block, name)[row - start]) for name in ("flipped", "held", "hidden", "absent"))
         return SmoothedFrame(block.vertices[row - start], block.velocities[row - start], *shares)
@@ -141,11 +140,12 @@ def deform(
     parts = [(group, index, block) for group in smooth_groups for index, block in enumerate(blocks(group))]
     smoothing = {(group.index, index): _smoothing(context, references, fitted, groups[group.index], block) for group, index, block in parts}
     keys = {name: unit.key for name, unit in smoothing.items()}
+    names = {group.index: [(group.index, block) for block in range(len(blocks(group)))] for group in groups}
     remaining = {group.index: set(group.reached) for group in smooth_groups}
     for index, frame in finished_units(context, deform_reference, units, DeformedFrame, DEFORMING):
         remaining[index].discard(frame)
         if ready is not None and not remaining[index]:
-            own = {name: unit for name, unit in smoothing.items() if name[0] == index}
+            own = {name: smoothing[name] for name in names[index]}
             done = cached_map(context, smooth_block, own, SmoothedBlock, UNCOUNTED)
             ready(DeformedSequence(smooth_groups, references.extended, done, references.transients, keys), smooth_groups[index])
     smoothed = cached_map(context, smooth_block, smoothing, SmoothedBlock, SMOOTHING)
@@ -173,6 +173,15 @@ def blocks(group: FrameGroup) -> list[tuple[int, int]]:
     count, first = len(group.reached), group.reached[0]
     starts = [0, *(row for row in range(1, count) if (first + row) % BLOCK == 0)] if group.segment else [0]
     return list(zip(starts, [*starts[1:], count], strict=True))
+
+
+def block_of(group: FrameGroup, row: int) -> tuple[int, int]:
+    """Index and start of the block that holds one of the frames that a group reaches, by its position among them."""
+    if not group.segment:
+        return 0, 0
+    first = group.reached[0]
+    index = (first + row) // BLOCK - first // BLOCK
+    return index, max((first // BLOCK + index) * BLOCK - first, 0)
 
 
 def smooth_block(

@@ -130,7 +130,9 @@ def align_groups(context: Context, tracking: TrackingResult, grouped: GroupedFra
     groups = grouped.groups
     placed = {group.index: _placing(context, tracking, group, grouped.bodies) for group in groups}
     centers = cached_map(context, place_centers, placed, GroupCenters, PLACING)
-    units = {(group.index, frame): _alignment(context, tracking, group, frame, centers) for group, frame in _aligned_frames(groups)}
+    points = {group.key: _points(context, group) for group in groups}
+    pairs = _aligned_frames(groups)
+    units = {(group.index, frame): _alignment(context, tracking, (group, frame), centers, points[group.key]) for group, frame in pairs}
     return AlignedGroups(groups, grouped.bodies, centers, cached_map(context, align_to_anchor, units, AlignedFrame, ALIGNING))
 
 
@@ -213,7 +215,18 @@ def _source_entry(context: Context, group: FrameGroup, name: str) -> str:
     return f"{group.folder}reference/{name}_{context.numbers[group.source[0]]:04d}"
 
 
-def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, frame: int, centers: Mapping[int, GroupCenters]) -> WorkUnit:
+def _points(context: Context, group: FrameGroup) -> int:
+    """That each frame of a group contributes to its mesh."""
+    sharing = len(group.source) if context.frames.take is None else min(len(group.source), MOST_SHARING)
+    return points_per_frame(_budget(context, group), sharing)
+
+
+def _alignment(
+    context: Context, tracking: TrackingResult, pair: tuple[FrameGroup, int], centers: Mapping[int, GroupCenters], points: int
+) -> WorkUnit:
+    """points : that the frame contributes to the mesh of its group."""
+    group, frame = pair
+
     def arguments() -> tuple:
         own = centers[group.index]
         anchor = group.source[own.anchor]
@@ -222,8 +235,7 @@ def _alignment(context: Context, tracking: TrackingResult, group: FrameGroup, fr
         anchored = frames.capped(anchor) if take is None else without_holes(frames.body(anchor))  # no hole of it is closed once for all
         surface = frames.capped(anchor).holes < 0 if frames.kind == OPEN else None
         shared = GroupAnchor(group.key, anchored, anchor_centers, own, context.settings.reference, surface)
-        count = points_per_frame(_budget(context, group), len(group.source) if take is None else min(len(group.source), MOST_SHARING))
-        return frames.capped(frame), frame_centers, shared, count
+        return frames.capped(frame), frame_centers, shared, points
 
     number = context.numbers[frame]
     entry = f"reference/handover_{context.numbers[group.frames[0]]:04d}" if frame == group.handover else f"reference/aligned_{number:04d}"
@@ -241,13 +253,14 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
             union = union_of(surfaces, cell_size(anchor.vertices, depth) / 2)
             is_open = context.frames.kind == OPEN  # half of a shell is cut away again
             return settings.reconstruction, union, centers.spacing, 2 * triangles if is_open else triangles, depth, is_open
-        frames = [groups.of_source(group, frame) for frame in group.source]
-        kept = [index for index, frame in enumerate(frames) if counts_for_the_surface(context, frame)]
+        kept = [frame for frame in group.source if counts_for_the_surface(context, groups.of_source(group, frame))]
+        own = group.source[centers.anchor]
+        frames, anchor = (groups.of_source(group, frame) for frame in kept), kept.index(own)
         if settings.holes == "open":
-            surfaces = counting([frames[index].surface for index in kept], kept.index(centers.anchor))
+            surfaces = counting([frame.surface for frame in frames], anchor)
             points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
             return settings.reconstruction, UnionPoints(points, normals, ~on_cap), centers.spacing, triangles, depth, True
-        surface = group_surface([frames[index] for index in kept], kept.index(centers.anchor), centers.spacing)
+        surface = group_surface(frames, anchor, groups.of_source(group, own).features, centers.spacing)
         return settings.reconstruction, surface, centers.spacing, triangles, depth
 
     return WorkUnit(_source_entry(context, group, "mesh"), group.key, arguments)

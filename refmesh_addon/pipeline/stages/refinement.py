@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
+from ...core.deformation.deformer import DeformedFrame
 from ...core.errors import RefMeshError
 from ...core.reference.group import ReferenceMesh
 from ...core.reference.refinement import FittedFrame, refined
@@ -19,6 +20,16 @@ from .segment_trials import SegmentTrials
 from .tracking_result import TrackingResult
 
 REFINEMENT_SCHEMA = 2
+
+
+@dataclass(frozen=True)
+class _FittedFrames:
+    """Read from the cache each time they are looked at: one in eight of a long take would fill the memory."""
+
+    fitted: Mapping[tuple[int, int], DeformedFrame]
+
+    def __iter__(self) -> Iterator[FittedFrame]:
+        return (FittedFrame(frame.vertices, ~(frame.held | frame.hidden)) for frame in self.fitted.values())
 
 
 def refine(context: Context, tracking: TrackingResult, references: References) -> References:
@@ -55,7 +66,7 @@ def _refinement(
         if context.part is not None:
             raise RefMeshError("an earlier step of the job is not complete: run its tasks first")
         fitted = fit_frames(context.without_progress(), tracking, references, _holders(references, group, frames))
-        mesh = refined(reference, [FittedFrame(frame.vertices, ~(frame.held | frame.hidden)) for frame in fitted.values()])
+        mesh = refined(reference, _FittedFrames(fitted))
         context.cache.save_result(entry, key, mesh)
     return WorkUnit(entry, key, tuple) if len(mesh.mesh.vertices) > len(reference.mesh.vertices) else None
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 
 from refmesh_addon.core.geometry.feature_lines import feature_edges
-from refmesh_addon.core.reference.frame_features import FrameFeatures, frame_features, shared_features
+from refmesh_addon.core.reference.frame_features import FrameFeatures, SharedFeatures, frame_features
 from refmesh_addon.core.reference.mapping import FrameMap
 
 from ..shapes import ball, box, moved
@@ -22,6 +22,13 @@ def mapped(mesh, mapping="affinity"):
     return frame_features(frame, mesh, np.ones(len(mesh.triangles), dtype=bool))
 
 
+def shared(anchor, *others):
+    result = SharedFeatures(anchor, spacing=0.2)
+    for frame in others:
+        result.add(frame)
+    return result.lines
+
+
 def test_a_box_has_its_edges_a_ball_and_the_published_method_have_none():
     body = box((1.5, 1.5, 1.5), subdivisions=2)
     found = mapped(body)
@@ -34,16 +41,15 @@ def test_a_box_has_its_edges_a_ball_and_the_published_method_have_none():
 def test_lines_that_others_have_nearby_stay():
     own = features_of(box(subdivisions=2))
     others = [features_of(moved(box(subdivisions=2), shift=(0.05, 0, 0)))] * 2
-    shared = shared_features([own, *others], anchor=0, spacing=0.2)
-    assert len(shared.edges) == len(own.edges)
+    assert len(shared(own, *others).edges) == len(own.edges)
 
 
 def test_lines_of_the_anchor_frame_alone_do_not_count():
     own = features_of(box(subdivisions=2))
     others = [features_of(ball(2)), features_of(ball(2)), features_of(box(subdivisions=2))]
-    assert not len(shared_features([own, *others], anchor=0, spacing=0.2).edges)
+    assert not len(shared(own, *others).edges)
 
 
 def test_a_single_frame_keeps_its_lines():
     own = features_of(box(subdivisions=2))
-    assert shared_features([own], anchor=0, spacing=0.2) is own
+    assert shared(own) is own

@@ -1,5 +1,7 @@
 """Cuts of a take: what must fall together, and what must not."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -63,9 +65,9 @@ def test_no_group_is_in_contact_throughout_where_another_cut_avoids_that():
     gaps = [2.0] * 4 + [0.0] * 6 + [2.0] * 4
     frames = meeting(gaps)
     contacts = Contacts.of(frames, affinity_of(BLOCK, BLOCK), SPACING)
-    assert contacts.touching.any(axis=1).tolist() == [gap < TOUCHING for gap in gaps]
+    assert [len(pairs) > 0 for pairs in contacts.touching] == [gap < TOUCHING for gap in gaps]
     groups = content_groups(frames, affinity_of(BLOCK, BLOCK), SPACING, 7)
-    assert all(contacts.lasting(group[0], group[-1] + 1) == 0 for group in groups)
+    assert all(contacts.lasting(group[0], group[-1] + 1)[-1] == 0 for group in groups)
     assert lengths(groups) == [7, 7]
 
 
@@ -88,6 +90,29 @@ def test_a_run_is_cut_where_both_parts_deform_least():
     rest = np.random.default_rng(0).random((30, 3))
     positions = np.stack([rest * [1 + 0.01 * frame, 1, 1] + (frame >= 4) * rest[:, [1, 2, 0]] for frame in range(7)])
     assert least_strained_cut(positions, sparse.csr_matrix(np.ones((30, 30))), [2, 4, 6]) == 4
+
+
+def test_where_a_run_is_cut_is_where_the_stress_of_both_parts_is_least():
+    positions = still(12) + 0.3 * np.random.default_rng(1).standard_normal((12, *BLOCK.shape)).cumsum(axis=0)
+    weights = affinity_of(BLOCK)
+    stress = [sum(frame_stress(part, weights).sum() for part in (positions[:cut], positions[cut:])) for cut in range(1, 12)]
+    for candidates in ([1, 2, 3], [4, 7, 9], range(1, 12)):
+        assert least_strained_cut(positions, weights, list(candidates)) == min(candidates, key=lambda cut: stress[cut - 1])
+
+
+@pytest.mark.parametrize("function", [content_groups, frame_stress, least_strained_cut])
+def test_memory_does_not_grow_with_the_take(function):
+    """Distances between all centers are hundreds of times as large as their positions."""
+    centers = np.random.default_rng(0).random((300, 3)) * 6.7
+    weights, rest = near_pairs(centers, SPACING).weights(), {content_groups: (SPACING, 5), frame_stress: (), least_strained_cut: ([9, 11],)}
+    peaks = []
+    for frames in (20, 80):
+        positions = np.repeat(centers[None], frames, axis=0)
+        tracemalloc.start()
+        function(positions, weights, *rest[function])
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.2 * peaks[0]
 
 
 def test_the_stress_of_a_frame_is_what_it_is_deformed_against_the_largest_distances():

@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -195,3 +197,35 @@ def test_a_folder_in_the_place_of_an_old_entry_stays_and_one_in_the_place_of_an_
     cache.path("centers", KEY).rmdir()
     cache.save("centers", KEY, Maker()())
     assert cache.load("centers", KEY) is not None and cache.path("centers", OTHER).is_dir()
+
+
+def test_stale_entries_of_earlier_runs_go_wherever_this_run_writes_and_nowhere_else(tmp_path):
+    earlier = Cache(tmp_path)
+    for name in ("tracking/frame_0001", "tracking/frame_0002", "reference/mesh_0001"):
+        earlier.save(name, OTHER, Maker()())
+    cache = Cache(tmp_path)
+    for key in (KEY, digest("c"), KEY):  # the last one has been there before
+        cache.save("tracking/frame_0001", key, Maker()())
+    kept = [cache.path("tracking/frame_0001", KEY), *(earlier.path(name, OTHER) for name in ("tracking/frame_0002", "reference/mesh_0001"))]
+    assert sorted(path for path in tmp_path.rglob("*.npz")) == sorted(kept)
+
+
+def test_a_folder_is_listed_once_however_many_entries_are_saved(tmp_path, monkeypatch):
+    listed = []
+    real = os.listdir
+    monkeypatch.setattr(os, "listdir", lambda folder: listed.append(folder) or real(folder))
+    cache = Cache(tmp_path)
+    for number in range(20):
+        cache.save(f"tracking/frame_{number:04d}", KEY, Maker()())
+    assert listed == [tmp_path / "tracking"]
+
+
+def test_an_entry_is_read_once_to_see_that_it_is_whole(tmp_path, monkeypatch):
+    mesh = TriangleMesh(np.eye(3), [[0, 1, 2]])
+    Cache(tmp_path).save_result("mesh", KEY, mesh)
+    cache, read = Cache(tmp_path), []
+    monkeypatch.setattr(cache, "load", lambda *arguments: read.append(arguments) or Cache.load(cache, *arguments))
+    assert [cache.holds_result("mesh", key, TriangleMesh) for key in (KEY, KEY, OTHER)] == [True, True, False]
+    assert len(read) == 2
+    cache.save_result("mesh", OTHER, mesh)
+    assert cache.holds_result("mesh", OTHER, TriangleMesh) and not cache.holds_result("mesh", KEY, TriangleMesh)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from refmesh_addon.core.deformation.deformer import DeformedFrame
 from refmesh_addon.core.types import TriangleMesh
-from refmesh_addon.pipeline.stages.deformation import BLOCK, blocks, smooth_block, smoothing_rows
+from refmesh_addon.pipeline.stages.deformation import BLOCK, block_of, blocks, smooth_block, smoothing_rows
 from refmesh_addon.pipeline.stages.groups import FrameGroup
 
 
@@ -40,3 +40,12 @@ def test_blocks_together_are_the_whole_run(steady):
     for name in ("vertices", "velocities", "flipped", "held", "hidden"):
         assert_allclose(np.concatenate([getattr(part, name) for part in parts]), getattr(whole, name), rtol=0, atol=1e-6)
     assert max(len(frames[smoothing_rows(block, count, steady)[0]]) for block in blocks(group)) <= BLOCK + 2 + 4 * steady
+
+
+@pytest.mark.parametrize("first", [0, 1, BLOCK - 1, BLOCK, 2 * BLOCK + 4])
+@pytest.mark.parametrize("segment", [True, False])
+def test_every_frame_is_in_the_block_that_reaches_it(first, segment):
+    frames = tuple(range(first, first + 2 * BLOCK + 3))
+    group = FrameGroup(0, frames, frames[-1] + 1, "key", frames, segment=segment)
+    held = {row: (index, start) for index, (start, end) in enumerate(blocks(group)) for row in range(start, end)}
+    assert [block_of(group, row) for row in range(len(group.reached))] == [held[row] for row in range(len(group.reached))]
