@@ -2,15 +2,18 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
+from refmesh_addon.core.evaluation.segment_limits import FrameFigures
 from refmesh_addon.core.geometry.borders import boundary_edges
 from refmesh_addon.core.geometry.mesh import is_watertight, vertex_components
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.ply import read_surface, read_visibility, write_ply
+from refmesh_addon.pipeline.stages.probes import counted
 from sample_scenes.generators.depth_camera import DepthCamera
 from sample_scenes.generators.shapes import ball, capsule, union
 from sample_scenes.generators.surface import iso_surface
@@ -45,6 +48,13 @@ def run(take, tmp_path_factory):
     """Output folder of the run, and its warnings."""
     output = tmp_path_factory.mktemp("out")
     return output, finish(take, output, **OPEN_RUN)
+
+
+def test_only_distances_count_when_runs_are_reviewed():
+    figures = FrameFigures(mean=1e-4, p99=1e-3, flipped=0.01, overstretched=0.1)
+    views, bodies = (SimpleNamespace(frames=SimpleNamespace(take=take)) for take in ("open", None))
+    assert counted(bodies, figures) is figures
+    assert counted(views, figures) == FrameFigures(mean=1e-4, p99=1e-3, flipped=0.0, overstretched=0.0)
 
 
 def test_the_kind_of_the_take_is_told_once(run):

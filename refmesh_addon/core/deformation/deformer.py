@@ -46,6 +46,7 @@ class GroupReference(Keyed):
     mesh : the reference mesh of a group.  centers : what the frames of the group share.
     mapping : how frames were carried to the reference positions, "affinity" or "rbf"; the mesh goes back in the same way.
     is_open : whether frames enclose nothing, so that no point lies inside of them.
+    is_view : whether frames are what a camera sees, so that surface without a source is out of view.
     features : (K, 2) edges of the mesh that follow the sharp edges and rims of the frames; None for none.
     """
 
@@ -55,6 +56,7 @@ class GroupReference(Keyed):
     settings: DeformationSettings
     mapping: str = "affinity"
     is_open: bool = False
+    is_view: bool = False
     features: np.ndarray | None = None
 
 
@@ -90,7 +92,7 @@ class ReferenceDeformer:
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping
         self._is_open, self._enclosed_by = reference.is_open, nothing_enclosed_by if reference.is_open else enclosed_by
-        self._features = reference.features
+        self._features, self._is_view = reference.features, reference.is_view
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
@@ -114,7 +116,8 @@ class ReferenceDeformer:
         fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds, features=self._lines(mesh, compatible))
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)
-        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing, hidden(fitted.vertices)))
+        unseen = hidden(fitted.vertices) | self._out_of_view(fitted.held)
+        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing, unseen))
         if self._settings.fit_rounds:  # otherwise all of the surface is off the source
             around = Surroundings.of(self._solver.energy.adjacency, self._length, fitted.held | hidden(deformed.vertices))
             deformed = without_outliers(deformed, facing, around, VisibleSource(source, enclosed))
@@ -134,6 +137,11 @@ class ReferenceDeformer:
         return lambda vertices: behind_contact(
             self._mesh.moved(vertices), owners, centers, self._compatible, enclosed, self._group.spacing
         )
+
+    def _out_of_view(self, held: np.ndarray) -> np.ndarray:
+        """(R,) bool, vertices of which a camera sees nothing, and those that lead there.  held : (R,) those that have no source."""
+        around = Surroundings.of(self._solver.energy.adjacency, self._length, held)
+        return around.covered if self._is_view else np.zeros_like(held)
 
     def _lines(self, mesh: TriangleMesh, compatible: Compatible) -> FeatureTargets | None:
         """The feature lines of a frame, where the reference mesh has any."""

@@ -25,9 +25,11 @@ from .rigidity import Rigidity
 from .view_pull import ViewPull
 from .volume import Volume
 
-Goals = Callable[[np.ndarray], np.ndarray]  # where the volume pulls (C, 3) centers
+Pull = Callable[[np.ndarray], np.ndarray]  # where a step would take (C, 3) centers
 
 ARAP_WEIGHT = 20.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
+# The same of what a camera sees: a sheet's volume hardly holds it along the sheet. With 80, bodies that bend slip farther.
+VIEW_ARAP_WEIGHT = 40.0
 OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; without them whole limbs converge slowly, since the volume pulls at its surface only
 INERTIA = 0.65  # share of the last motion in the first guess; with all of it (published) a ball that spins once never stops
 STEP_STOP = (0.02, 0.007, 0.003)  # largest step, in s, that ends each level; the last is about the published 1e-4 at 1.8 units
@@ -92,10 +94,8 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     affinity, steps = last.affinity, 0
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MAX_STEPS[-len(volume.levels) :], strict=True):
         weights, ownership = affinity.weights(), Ownership(level)
-        rigidity = Rigidity(weights, old)
-        view = ViewPull(rigidity, ownership, volume.levels[0], spacing)
-        goals = view.goals if volume.is_view else lambda centers, ownership=ownership: lloyd.centroids(centers, ownership)
-        centers, taken = _converged(centers, rigidity, goals, stop * spacing, most)
+        pull = _pull(Rigidity(weights, old), ownership, volume, spacing)
+        centers, taken = _converged(centers, pull, stop * spacing, most)
         # Parts that separate in this very frame must not pull on each other on the finer levels.
         motions = rigid_motions(weights, old, centers)
         affinity, steps = updated(last.affinity, centers, last.cells, motions, settings.affinity), steps + taken
@@ -103,12 +103,19 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     return TrackedFrame(centers, old, affinity, cells, _arap_energy(motions, old, centers, spacing), steps)
 
 
-def _converged(centers: np.ndarray, rigidity: Rigidity, goals: Goals, stop: float, most: int) -> tuple[np.ndarray, int]:
+def _pull(rigidity: Rigidity, ownership: Ownership, volume: Volume, spacing: float) -> Pull:
+    """Toward the volume and toward rigidity, on one level of a volume."""
+    if volume.is_view:
+        goals = ViewPull(rigidity, ownership, volume.levels[0], spacing).goals
+        return lambda centers: rigidity.pulled(centers, goals(centers), VIEW_ARAP_WEIGHT)
+    return lambda centers: rigidity.pulled(centers, lloyd.centroids(centers, ownership), ARAP_WEIGHT)
+
+
+def _converged(centers: np.ndarray, pull: Pull, stop: float, most: int) -> tuple[np.ndarray, int]:
     """The centers after steps on one level until the largest is below `stop`, scene units, and the number of steps."""
     step, taken, largest = np.zeros_like(centers), 0, np.inf
     while taken < most and largest >= stop:
-        pull = rigidity.pulled(centers, goals(centers), ARAP_WEIGHT) - centers
-        step = MOMENTUM * step + OVER_RELAXATION * pull
+        step = MOMENTUM * step + OVER_RELAXATION * (pull(centers) - centers)
         centers, taken, largest = centers + step, taken + 1, np.linalg.norm(step, axis=1).max()
     return centers, taken
 

@@ -28,6 +28,7 @@ from .transients import GroupTransients
 
 DEFORMATION_SCHEMA = 14
 SMOOTHING_SCHEMA = 3
+VIEW_SCHEMA = 1  # of what is done differently for open takes
 BLOCK = 10  # frames of a run that are smoothed together; the first has a multiple of it as index, wherever the run begins
 # Parts of the stage's time, roughly.
 DEFORMING = StageShare(DEFORMATION, 0.0, 0.95)
@@ -155,7 +156,8 @@ def deform(
 def fitting_groups(context: Context, references: References) -> list[FrameGroup]:
     """The groups with keys of their frames before these are smoothed, which is done on many frames of a group together."""
     settings = replace(context.settings.deformation, steady_frames=0)
-    return [replace(group, key=digest(DEFORMATION_SCHEMA, group.key, asdict(settings))) for group in references.groups]
+    more = [] if context.frames.take is None else [VIEW_SCHEMA]
+    return [replace(group, key=digest(DEFORMATION_SCHEMA, group.key, asdict(settings), *more)) for group in references.groups]
 
 
 def fit_frames(
@@ -215,8 +217,8 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
 
     def arguments() -> tuple:
         reference, centers = references.meshes[group.index], references.centers[group.index]
-        mapping, is_open = context.settings.reference.mapping, context.frames.kind == OPEN
-        shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, reference.features)
+        mapping, is_open, is_view = context.settings.reference.mapping, context.frames.kind == OPEN, context.frames.take is not None
+        shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, is_view, reference.features)
         targets = references.aligned[group.index, frame].targets
         return shared, targets, context.frames.surface(frame), tracking.centers_in((group.source[0], frame))[1]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,7 +37,12 @@ def probe(
         return WorkUnit(f"{groups[index].folder}evaluation/probe_{number:04d}", key, arguments, number)
 
     units = {frame: unit(index, frame) for index, chosen in frames.items() for frame in chosen}
-    return dict(cached_map(context, probe_figures, units, FrameFigures, FRAMES))
+    return {frame: counted(context, figures) for frame, figures in cached_map(context, probe_figures, units, FrameFigures, FRAMES).items()}
+
+
+def counted(context: Context, figures: FrameFigures) -> FrameFigures:
+    """What counts of the figures of a frame: of open takes the distances, as what is folded or stretched is mostly out of view."""
+    return figures if context.frames.take is None else replace(figures, flipped=0.0, overstretched=0.0)
 
 
 def probe_figures(mesh: TriangleMesh, fitted: DeformedFrame, source: TriangleMesh, samples: int) -> FrameFigures:

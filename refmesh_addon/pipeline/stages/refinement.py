@@ -33,13 +33,14 @@ class _FittedFrames:
 
 
 def refine(context: Context, tracking: TrackingResult, references: References) -> References:
-    """The references with refined meshes, where how many triangles they have is not the user's choice.
+    """The references with refined meshes, where how many triangles they have is not the user's choice. Those of open takes stay, because
+    what stretches there is mostly out of view.
 
     One frame in eight is fitted for this, or was by the review; these are fitted again where the mesh changes.
     Raises RefMeshError where another process has to do this first.
     """
     settings = context.settings.reference
-    if settings.triangles or settings.mesh:
+    if settings.triangles or settings.mesh or context.frames.take is not None:
         return references
     trials, units = SegmentTrials(context, tracking, references.bodies), {}
     for group in fitting_groups(context, references):

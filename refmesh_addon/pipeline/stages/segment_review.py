@@ -18,6 +18,7 @@ from ...core.evaluation.stretch import RestShape
 from ..session.context import Context
 from .deformation import DeformedSequence
 from .evaluation import measure_frames
+from .probes import counted
 from .reference import References
 from .segment_trials import Run, SegmentTrials
 from .segments import FINAL, PROBED, Cuts, SegmentPlan, kept_plan
@@ -129,7 +130,8 @@ def _figures(context: Context, deformed: DeformedSequence) -> dict[int, FrameFig
         rest = RestShape(deformed.references[group.index].mesh)
         for row, frame in enumerate(group.frames):
             distance, smoothed = measured[frame].distances.source_to_deformed, deformed.row(group, row)
-            figures[frame] = FrameFigures(distance.mean, distance.p99, smoothed.flipped, rest.overstretched(smoothed.vertices))
+            own = FrameFigures(distance.mean, distance.p99, smoothed.flipped, rest.overstretched(smoothed.vertices))
+            figures[frame] = counted(context, own)
     return figures
 
 

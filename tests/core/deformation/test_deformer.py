@@ -6,9 +6,11 @@ import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
 
 from refmesh_addon.core.arrays import to_arrays
+from refmesh_addon.core.deformation import deformer
 from refmesh_addon.core.deformation.deformer import GroupReference, ReferenceDeformer, deform_reference
 from refmesh_addon.core.deformation.facing import Facing
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
+from refmesh_addon.core.geometry.mesh import submesh
 from refmesh_addon.core.reference.group import GroupCenters
 from refmesh_addon.core.reference.mapping import FrameMap
 from refmesh_addon.core.settings import DeformationSettings
@@ -60,6 +62,20 @@ def test_the_fit_lies_on_the_source(scene):
     assert np.mean(frame.held) < 0.2
     assert not Facing(scene[0], frame.rotations).folded(frame.vertices).any()
     assert not frame.hidden.any()
+
+
+def test_surface_out_of_view_gives_way_farther_to_turn_folds_back(scene, monkeypatch):
+    """Two rings around what has no source as well; of bodies that are seen all round, nothing but contacts does."""
+    reference, targets, mesh, centers, group = scene
+    seen = submesh(mesh, mesh.vertices[mesh.triangles][:, :, 0].max(axis=1) < 0.3)[0]
+    free, plain = [], deformer.unfolded
+    monkeypatch.setattr(deformer, "unfolded", lambda *arguments: free.append(arguments[-1]) or plain(*arguments))
+    for is_view in (False, True):
+        whole = GroupReference("", reference, group, SETTINGS, is_open=True, is_view=is_view)
+        frame = ReferenceDeformer(whole).to(targets, seen, centers)
+    assert not free[0].any() and not (Facing(reference, frame.rotations).folded(frame.vertices) & ~frame.curled).any()
+    assert free[1][frame.held].all() and frame.held.sum() < free[1].sum() < len(free[1])
+    assert reference.vertices[~free[1], 0].max() < reference.vertices[free[1], 0].mean()
 
 
 def test_no_rounds_stop_after_the_key_points(scene):
