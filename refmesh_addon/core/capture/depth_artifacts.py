@@ -48,10 +48,10 @@ def depth_artifacts(mesh: TriangleMesh) -> Artifacts:
     areas = np.linalg.norm(vectors, axis=1)
     kept = ~(skirts := _skirts(mesh, vectors, areas))
     kept &= ~(flying := _flying(mesh, kept, areas))
-    frayed = _frayed(mesh, kept)
-    frayed &= areas[frayed].sum() <= MOST * areas.sum()
-    flying |= _flying(mesh, kept & ~frayed, areas)
-    return Artifacts(skirts, flying, frayed & ~flying)
+    ragged = frayed(mesh, kept)
+    ragged &= areas[ragged].sum() <= MOST * areas.sum()
+    flying |= _flying(mesh, kept & ~ragged, areas)
+    return Artifacts(skirts, flying, ragged & ~flying)
 
 
 def _skirts(mesh: TriangleMesh, vectors: np.ndarray, areas: np.ndarray) -> np.ndarray:
@@ -79,7 +79,7 @@ def _flying(mesh: TriangleMesh, kept: np.ndarray, areas: np.ndarray) -> np.ndarr
     return result
 
 
-def _frayed(mesh: TriangleMesh, kept: np.ndarray) -> np.ndarray:
+def frayed(mesh: TriangleMesh, kept: np.ndarray) -> np.ndarray:
     """Of the kept triangles, strips and spikes at the border: the morphological opening of the surface lacks them."""
     inner = kept.copy()
     for _ in range(FRAYED):

@@ -11,7 +11,7 @@ from ..geometry.holes import capped
 from ..geometry.mesh import submesh
 from ..types import TriangleMesh
 from .cleaning import MeshStatistics
-from .depth_artifacts import Artifacts, depth_artifacts
+from .depth_artifacts import Artifacts
 from .openness import OPEN, surface_kind
 from .shell import THICKNESS, shell_behind
 
@@ -31,15 +31,13 @@ class OpenTake:
         """All that `surface` and `body` depend on beside the mesh of a frame."""
         return [self.kind, self.kinds[index], self.turned[index], self.thickness]
 
-    def surface(self, mesh: TriangleMesh, index: int) -> TriangleMesh:
-        """A frame without what depth cameras add, facing as the others.  mesh : of the frame with this index, neighbors facing alike."""
-        kept = submesh(mesh, ~self.artifacts(mesh).any)[0]
-        return TriangleMesh(kept.vertices, kept.triangles[:, ::-1]) if self.turned[index] else kept
+    def surface(self, mesh: TriangleMesh, artifacts: Artifacts, index: int) -> TriangleMesh:
+        """A frame without what depth cameras add, facing as the others.
 
-    @staticmethod
-    def artifacts(mesh: TriangleMesh) -> Artifacts:
-        """What `surface` leaves out of a frame."""
-        return depth_artifacts(mesh)
+        mesh : of the frame with this index, neighbors facing alike.  artifacts : what is left out of it.
+        """
+        kept = submesh(mesh, ~artifacts.any)[0]
+        return TriangleMesh(kept.vertices, kept.triangles[:, ::-1]) if self.turned[index] else kept
 
     def body(self, surface: TriangleMesh, index: int) -> TriangleMesh:
         """The volume that is followed: what a layer encloses, a shell behind an open surface.  surface : of the frame with this index."""

@@ -11,7 +11,9 @@ import numpy as np
 
 from ...core.capture.bad_frames import BadFrame, BadFrameSearch
 from ...core.capture.cleaning import MeshStatistics
+from ...core.capture.depth_artifacts import Artifacts, depth_artifacts
 from ...core.capture.floaters import without_floaters
+from ...core.capture.lasting_pieces import doubtful_pieces, possible_surface, with_lasting_pieces
 from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
 from ...core.capture.pieces import Pieces
@@ -31,7 +33,7 @@ from .session import Session
 from .stage_share import StageShare
 
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbor and the anchor; a long take never fills the memory
-OPEN_SCHEMA = 1  # of how the surfaces of open takes are cleaned and given a volume
+OPEN_SCHEMA = 2  # of how the surfaces of open takes are cleaned and given a volume
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
 
@@ -71,6 +73,7 @@ class Frames:
     capped(index) : the surface with its holes capped, and which triangles cap them.  body(index) : the mesh of it, which encloses a volume.
     transient(index) : its transient pieces, which are shown as captured.  transients : index of each frame that has any -> their numbers;
     empty where the take is not closed.  coming, leaving : the same of lasting pieces, in their first and in their last frame.
+    artifacts(index) : what is left out of a frame of an open take.
     kind : of the take, one of `openness.KINDS`.  take : what its frames have in common where it is not closed, None where it is: the
     surface is then without what depth cameras add to it, and the body is a layer or a shell, of which all else counts as a cap.
     keys : of each frame, from the bytes of its file.  counts : of its triangles.  boxes : (F, 2, 3) their lowest and highest
@@ -99,7 +102,11 @@ class Frames:
         for index, pieces in self.transients.items():
             self.keys[index] = digest(self.keys[index], pieces.tolist())
         if self.take is not None:
-            self.keys = [digest(OPEN_SCHEMA, key, self.take.facts_of(index)) for index, key in enumerate(self.keys)]
+            # With the frames beside each, which tell what lasts.
+            around = [self.keys[max(index - 1, 0) : index + 2] for index in range(len(self.keys))]
+            self.keys = [digest(OPEN_SCHEMA, key, self.take.facts_of(index), around[index]) for index, key in enumerate(self.keys)]
+        self._artifacts_alone = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: depth_artifacts(self.mesh(index)))
+        self.artifacts = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._artifacts)
         self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._surface)
         self.capped = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._capped)
 
@@ -141,7 +148,16 @@ class Frames:
         return self.sequence.frames[index].path
 
     def _surface(self, index: int) -> TriangleMesh:
-        return self.take.surface(self.mesh(index), index) if self.take else self._without(index, self.transients)
+        if self.take is None:
+            return self._without(index, self.transients)
+        return self.take.surface(self.mesh(index), self.artifacts(index), index)
+
+    def _artifacts(self, index: int) -> Artifacts:
+        alone, mesh = self._artifacts_alone(index), self.mesh(index)
+        if not doubtful_pieces(mesh, alone):
+            return alone
+        beside = [other for other in (index - 1, index + 1) if 0 <= other < len(self)]
+        return with_lasting_pieces(mesh, alone, [possible_surface(self.mesh(other), self._artifacts_alone(other)) for other in beside])
 
     def _only(self, index: int, kind: Mapping[int, np.ndarray]) -> TriangleMesh:
         surface, chosen = self._chosen(index, kind)

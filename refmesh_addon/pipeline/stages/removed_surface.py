@@ -17,8 +17,7 @@ def write_removed(context: Context, frame: int) -> dict[str, float]:
     """
     if context.frames.take is None:
         return {}
-    mesh = context.frames.mesh(frame)
-    artifacts = context.frames.take.artifacts(mesh)
+    mesh, artifacts = context.frames.mesh(frame), context.frames.artifacts(frame)
     if artifacts.any.any():
         output_folder(context.output / FOLDER)
         write_ply(context.claim(removed_path(context.numbers[frame])), submesh(mesh, artifacts.any)[0])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from refmesh_addon.core.capture.cleaning import cleaned
+from refmesh_addon.core.capture.depth_artifacts import depth_artifacts
 from refmesh_addon.core.capture.open_take import open_take
 from refmesh_addon.core.capture.openness import CLOSED, LAYER, OPEN, surface_kind, take_kind
 from refmesh_addon.core.geometry.mesh import area_vectors, is_watertight, signed_volume
@@ -16,6 +17,11 @@ HALF = without(ball(), ~above(ball(), 0.0))
 def facts(*meshes):
     frames = [cleaned(mesh) for mesh in meshes]
     return [(frame.facing, frame.statistics) for frame in frames]
+
+
+def whole_surface(take, mesh, index):
+    whole = cleaned(mesh).mesh
+    return take.surface(whole, depth_artifacts(whole), index)
 
 
 @pytest.mark.parametrize(("mesh", "kind"), [(ball(), CLOSED), (box((1, 1, 0.01), 3), LAYER), (HALF, OPEN)])
@@ -51,7 +57,7 @@ def test_a_take_is_what_most_of_its_frames_are_unless_told(kinds, requested, exp
 def test_frames_that_face_against_the_others_are_turned():
     take = open_take(OPEN, facts(HALF, inside_out(HALF), moved(HALF, shift=(0.1, 0, 0))))
     assert take.turned == (False, True, False)
-    surfaces = [take.surface(cleaned(mesh).mesh, index) for index, mesh in enumerate((HALF, inside_out(HALF)))]
+    surfaces = [whole_surface(take, mesh, index) for index, mesh in enumerate((HALF, inside_out(HALF)))]
     assert all(area_vectors(surface).sum(axis=0)[2] > 0 for surface in surfaces)
 
 
@@ -60,7 +66,7 @@ def test_every_frame_gets_a_closed_body(kind):
     meshes = (HALF, box((1, 1, 0.01), 3), ball())
     take = open_take(kind, facts(*meshes))
     for index, mesh in enumerate(meshes):
-        body = take.body(take.surface(cleaned(mesh).mesh, index), index)
+        body = take.body(whole_surface(take, mesh, index), index)
         assert is_watertight(body) and signed_volume(body) > 0
 
 
