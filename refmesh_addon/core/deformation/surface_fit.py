@@ -10,12 +10,13 @@ holds a vertex where it is along the surface, except for the little that planes 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..geometry.mesh import mean_edge_length, triangle_areas
 from ..progress import Progress, ignore
+from ..reference.budget import DENSE_TRIANGLES
 from ..types import FrozenArrays, TriangleMesh
 from .arap import ArapSolver
 from .arap_system import Constraints, Start, Targets
@@ -123,7 +124,7 @@ class _Fit:
     def advance(self, setting: _Round) -> float:
         """One round; returns the mean distance of its pairs, 0 where there is none."""
         reached = self._correspondence.from_reference(self.mesh, setting.limits, setting.inset)
-        reaching = self._correspondence.from_source(self.mesh, setting.limits, setting.planes)
+        reaching = self._correspondence.from_source(self.mesh, self._of_source(setting.limits), setting.planes)
         # As many vertices' worth from each side: a dense source must not outweigh the reference's own samples.
         weights = [self._weights(side, setting.pull) for side in (reached, reaching)]
         pairs = reached.joined(reaching)
@@ -131,6 +132,11 @@ class _Fit:
         folded = _at_folds(self.mesh, Facing(self._start, self.rotations, self._correspondence.source))
         self.trust = np.where(folded, FOLD_TRUST * self.trust, np.minimum(TRUST_GROWTH * self.trust, 1.0))
         return pairs.distances.mean() if len(pairs.distances) else 0.0
+
+    def _of_source(self, limits: Limits) -> Limits:
+        """Before the last round, a dense source needs no more samples than the reference has."""
+        excess = len(self._correspondence.source.mesh.triangles) // max(len(self.mesh.triangles), DENSE_TRIANGLES // 2)
+        return replace(limits, stride=limits.stride * max(excess, 1)) if limits.stride > 1 else limits
 
     def _weights(self, pairs: Pairs, pull: float) -> np.ndarray:
         count = len(self.trust)

@@ -11,6 +11,9 @@ MIN_TRIANGLES = 30_000
 # Most triangles where no number is requested. The factors of a mesh grow faster than the mesh, and every worker process holds those of
 # one group. The fit pulls all of them onto the whole surface of each frame; finer detail of a capture is left to its textures.
 MAX_TRIANGLES = 150_000
+# Frames of more triangles are dense: they are aligned by a copy with about ALIGNED_VERTICES, as many as the largest reference mesh has, and
+# only the last round of the fit looks at all of their surface.
+DENSE_TRIANGLES, ALIGNED_VERTICES = 300_000, 75_000
 POINTS_PER_TRIANGLE = 6.0  # reconstruction points of a whole group for each triangle of the budget
 MIN_POINTS = 6000  # of a whole group, however few triangles: enough for the coarsest reconstruction
 

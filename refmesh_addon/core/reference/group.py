@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from ..errors import RefMeshError
+from ..geometry.clustering import clustered
 from ..geometry.self_intersection import crossing_triangles
 from ..settings import ReferenceSettings
 from ..surfacing.feature_paths import with_feature_edges
@@ -20,6 +21,7 @@ from ..tracking.affinity import group_affinity
 from ..types import FrozenArrays, TriangleMesh
 from .alignment import align
 from .anchor_frame import AnchorFrame, ShownSurface
+from .budget import ALIGNED_VERTICES, DENSE_TRIANGLES
 from .cap_points import HoleFinder, OrientedPoints, counting
 from .frame_features import FrameFeatures, SharedFeatures, frame_features
 from .mapping import FrameMap
@@ -124,12 +126,13 @@ def anchor_frame(
     body : the anchor frame's.  centers : (C, 3) tracked centers in that frame, scene units.
     surface : (T,) bool, which triangles of an open take's frame show something; None for closed bodies.
     """
+    body, kept = _for_alignment(body)
     frame = FrameMap(body.mesh, centers, group.affinity, group.spacing, settings.mapping)
     mapped = frame.to(group.positions)
     holes = HoleFinder(CappedMesh(mapped, body.holes), group.spacing)
     whole = frame.whole(mapped)
     anchor = AnchorFrame.of(mapped, whole, group.affinity, holes)
-    return anchor if surface is None else replace(anchor, shown=ShownSurface.of(mapped, surface & whole, group.spacing))
+    return anchor if surface is None else replace(anchor, shown=ShownSurface.of(mapped, surface[kept] & whole, group.spacing))
 
 
 def align_frame(
@@ -140,6 +143,7 @@ def align_frame(
     body : the frame's.  centers : (C, 3) tracked centers in that frame, scene units.  anchor : from `anchor_frame`.
     count : oriented points to sample.
     """
+    captured_body, body = body, _for_alignment(body)[0]
     frame = FrameMap(body.mesh, centers, group.affinity, group.spacing, settings.mapping)
     if anchor.shown is None:
         aligned = align(frame, group.positions, anchor, settings.alignment_steps)
@@ -149,7 +153,20 @@ def align_frame(
         aligned = align_open(frame, group.positions, anchor, captured, settings.alignment_steps)
     points, normals, triangles = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
     surface = anchor.holes.counted(points, normals, body.holes[triangles] >= 0)
-    return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after, frame_features(frame, aligned.mesh, aligned.whole))
+    mapped, whole = aligned.mesh, aligned.whole
+    if captured_body is not body:  # a coarse copy has no sharp edges
+        frame = FrameMap(captured_body.mesh, centers, group.affinity, group.spacing, settings.mapping)
+        mapped = frame.to(aligned.targets)
+        whole = frame.whole(mapped)
+    return AlignedFrame(aligned.targets, surface, aligned.before, aligned.after, frame_features(frame, mapped, whole))
+
+
+def _for_alignment(body: CappedMesh) -> tuple[CappedMesh, np.ndarray | slice]:
+    """A coarse copy of a dense body, and the triangles of the body that its own come from; of any other, the body itself and all."""
+    if len(body.mesh.triangles) <= DENSE_TRIANGLES:
+        return body, slice(None)
+    mesh, kept = clustered(body.mesh, ALIGNED_VERTICES)
+    return CappedMesh(mesh, body.holes[kept]), kept
 
 
 def group_surface(frames: Iterable[AlignedFrame], anchor: int, lines: FrameFeatures, spacing: float) -> GroupSurface:

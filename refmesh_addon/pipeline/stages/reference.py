@@ -11,7 +11,7 @@ import numpy as np
 from ...core.capture.openness import OPEN, SIDES
 from ...core.latest import latest_only
 from ...core.reference.alignment import AnchorFrame
-from ...core.reference.budget import MAX_TRIANGLES, is_capped, points_per_frame, triangle_budget
+from ...core.reference.budget import ALIGNED_VERTICES, DENSE_TRIANGLES, MAX_TRIANGLES, is_capped, points_per_frame, triangle_budget
 from ...core.reference.cap_points import counting
 from ...core.reference.group import (
     AlignedFrame,
@@ -171,9 +171,10 @@ def group_frames(
 
 
 def _cap(context: Context, frames: tuple[int, ...]) -> list[int]:
-    """The cap on the triangles of a group where it applies; that groups without it have the keys of earlier versions spares their work."""
+    """What is done differently for dense frames; that groups without any have the keys of earlier versions spares their work."""
     capped = is_capped(context.settings.reference.triangles, [context.frames.counts[frame] for frame in frames])
-    return [MAX_TRIANGLES] if capped else []
+    dense = max(context.frames.counts) > DENSE_TRIANGLES
+    return [MAX_TRIANGLES] * capped + [DENSE_TRIANGLES, ALIGNED_VERTICES] * dense
 
 
 def building_units(context: Context, aligned: AlignedGroups) -> dict[int, WorkUnit]:

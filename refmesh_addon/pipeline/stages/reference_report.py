@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.evaluation.rotational_symmetry import symmetric_bodies
 from ...core.geometry.mesh import is_watertight, vertex_components
-from ...core.reference.budget import MAX_TRIANGLES, is_capped
+from ...core.reference.budget import ALIGNED_VERTICES, DENSE_TRIANGLES, MAX_TRIANGLES, is_capped
 from ...io.files import output_folder
 from ...io.ply import write_ply
 from ...io.report import GroupReport
@@ -73,6 +73,9 @@ def _warn_of_cap(context: Context) -> None:
     if is_capped(context.settings.reference.triangles, counts):
         usual = f"the frames have about {int(np.median(counts)):,} triangles"
         context.warn(f"{usual}, the reference meshes at most {MAX_TRIANGLES:,} to spare memory; --triangles sets another number")
+    if max(counts) > DENSE_TRIANGLES:
+        copies = f"copies of about {2 * ALIGNED_VERTICES:,} triangles"
+        context.warn(f"dense frames are aligned by {copies}, and only the last round of the fit looks at all of them")
 
 
 def _warn_of_left_out(context: Context, entry: GroupReport) -> None:

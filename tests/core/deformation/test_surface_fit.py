@@ -155,6 +155,21 @@ def test_a_finer_mesh_reaches_no_more_edges_in_the_last_round(monkeypatch):
     assert held[0] < 0.05 and held[1] > 0.95
 
 
+def test_of_a_dense_source_only_the_last_round_takes_all_samples(monkeypatch):
+    dense = bar(134, 54, uneven=0.15, seed=2)
+    source, start = dense.moved(bent(dense.vertices)), BENT + smooth_error(BENT, 0.003 * REFERENCE.diagonal)
+    strides, missed = [], []
+    real = Correspondence.from_source
+    counted = lambda self, mesh, limits, *rest: strides.append(limits.stride) or real(self, mesh, limits, *rest)
+    monkeypatch.setattr(Correspondence, "from_source", counted)
+    for triangles in (surface_fit.DENSE_TRIANGLES, len(source.triangles) // 2):
+        monkeypatch.setattr(surface_fit, "DENSE_TRIANGLES", triangles)
+        missed.append(SurfaceIndex(source).query(fit(start, source).vertices).distances.mean())
+    usual, thinned = np.array(strides).reshape(2, -1)
+    assert usual[-1] == thinned[-1] == 1 and (thinned[:-1] == 4 * usual[:-1]).all()
+    assert missed[1] == pytest.approx(missed[0], rel=0.1)
+
+
 def test_a_source_out_of_reach_leaves_everything_in_place():
     result = fit(BENT, REFERENCE.moved(BENT + [0.0, 0.0, 50.0]))
     assert_allclose(result.vertices, BENT, atol=1e-9)
