@@ -60,7 +60,7 @@ def main() -> None:
             spec = JobSpec(str(take), str(Path(scratch, "out")), settings=Settings.from_flat(PRESETS[arguments.preset]), until=stage)
             job.write_text(spec.to_json(), encoding="utf-8")
             main_peak, others = run_worker(job)
-            peak, seconds = max(main_peak, *others), (processor_seconds() - before) / arguments.frames
+            peak, seconds = max([main_peak, *others]), (processor_seconds() - before) / arguments.frames
             rows.append({"stage": stage, "peak_mebibytes": round(peak / 2**20, 1), "seconds_per_frame": round(seconds, 1)})
             print(f"{stage:12} {peak / 2**20:8.1f} MiB in the largest process, {seconds:6.1f} processor seconds a frame", flush=True)
         report = json.loads(Path(scratch, "out", "report.json").read_text(encoding="utf-8"))
