@@ -28,6 +28,7 @@ from refmesh_addon.pipeline.session.job import JobSpec
 from refmesh_addon.pipeline.session.parallel import Workers
 from refmesh_addon.pipeline.stages.meshlab import screened_poisson
 from refmesh_addon.pipeline.stages.reference import align_groups, building_units
+from refmesh_addon.pipeline.stages.segments import first_plan
 from refmesh_addon.pipeline.stages.tracking import track_sequence
 
 from . import meshlab
@@ -57,8 +58,10 @@ def building_tasks(source: str, frames: str) -> list[tuple]:
     with tempfile.TemporaryDirectory() as output, Workers() as workers:
         spec = JobSpec(source, output, frames, settings=Settings())
         context = Context.open(spec, find_sequence(source, frames), lambda stage, frame, share, *_: None, print, workers)
-        aligned = align_groups(context, track_sequence(context))
-        return [unit.arguments()[1:] for unit in building_units(context, aligned).values()]
+        tracking = track_sequence(context)
+        aligned = align_groups(context, tracking, first_plan(context, tracking).grouped)
+        tasks = (unit.arguments()[1:5] for unit in building_units(context, tracking, aligned).values())
+        return [(surface.points, surface.normals, *sizes) for surface, *sizes in tasks]
 
 
 def measured(points, normals, spacing, triangles, depth, reconstruct, remesh) -> dict:

@@ -57,7 +57,9 @@ def choices(context: Context, groups: list[tuple[int, ...]]) -> dict[str, tuple[
     return {"all": tuple(range(len(context.frames))), "first": groups[0], "apart": apart}
 
 
-def made_from(context: Context, aligned: AlignedGroups, name: str, frames: Iterable[int]) -> References:
+def made_from(
+    context: Context, tracking: TrackingResult, aligned: AlignedGroups, name: str, frames: Iterable[int]
+) -> References:
     """The reference mesh of the only run, of the points of some frames."""
     (group,) = aligned.groups
     counted = {*frames, group.frames[aligned.centers[0].anchor]}
@@ -65,7 +67,7 @@ def made_from(context: Context, aligned: AlignedGroups, name: str, frames: Itera
     some = {(0, frame): replace(aligned.aligned[0, frame], iou_after=overlap) for frame, overlap in overlaps.items()}
     own = replace(group, key=digest(group.key, name), folder=f"{name}/")
     chosen = AlignedGroups((own,), aligned.bodies, aligned.centers, some)
-    meshes = cached_map(context, build_with, building_units(context, chosen), ReferenceMesh, BUILDING)
+    meshes = cached_map(context, build_with, building_units(context, tracking, chosen), ReferenceMesh, BUILDING)
     return References(**vars(chosen), meshes=meshes, transients={})
 
 

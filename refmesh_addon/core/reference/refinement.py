@@ -56,7 +56,7 @@ def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame]) -> Referenc
             break
         budget -= int(split.sum())
         splits.append(table.edges[split])
-        features = _halved(reference.features, table.edges[split], len(reference.mesh.vertices))
+        features = halved_features(reference.features, table.edges[split], len(reference.mesh.vertices))
         reference = replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
     return reference
 
@@ -95,7 +95,7 @@ def _longest(sizes: np.ndarray, count: int) -> np.ndarray:
     return result & (sizes > 0)
 
 
-def _halved(features: np.ndarray, split: np.ndarray, count: int) -> np.ndarray:
+def halved_features(features: np.ndarray, split: np.ndarray, count: int) -> np.ndarray:
     """(K, 2) int32 feature edges with two in place of each that is split.
 
     split : (S, 2) edges in order, lower vertex first, whose new vertices have the numbers from `count` on.

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...core.geometry.closest_point import SurfaceIndex
+from ...core.reference.capture_density import CaptureDensity, as_fine_as
 from ...core.reference.group import GroupSurface, ReferenceMesh, build_reference, with_features
 from ...core.surfacing.edge_flips import regularized
 from ...core.surfacing.reconstruction import screened_poisson
@@ -32,7 +33,13 @@ def check_available(name: str) -> None:
         meshlab.check_installed()
 
 
-def build_with(name: str, surface: GroupSurface, spacing: float, triangles: int, depth: int) -> ReferenceMesh:
-    """`build_reference` by one of RECONSTRUCTIONS, with the features of the surface as edges."""
+def build_with(
+    name: str, surface: GroupSurface, spacing: float, triangles: int, depth: int, density: CaptureDensity | None = None
+) -> ReferenceMesh:
+    """`build_reference` by one of RECONSTRUCTIONS, with the features of the surface as edges.
+
+    density : of the capture, where the mesh gets more triangles than requested to be as fine; None where it does not.
+    """
     reference = build_reference(surface.points, surface.normals, spacing, triangles, depth, RECONSTRUCTIONS[name])
-    return with_features(reference, surface.features)
+    reference = with_features(reference, surface.features)
+    return reference if density is None else as_fine_as(density, reference)

@@ -13,6 +13,7 @@ from ...core.latest import latest_only
 from ...core.reference.alignment import AnchorFrame
 from ...core.reference.budget import ALIGNED_VERTICES, DENSE_TRIANGLES, MAX_TRIANGLES, is_capped, points_per_frame, triangle_budget
 from ...core.reference.cap_points import counting
+from ...core.reference.capture_density import CaptureDensity
 from ...core.reference.group import (
     AlignedFrame,
     GroupCenters,
@@ -41,7 +42,7 @@ from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
-REFERENCE_SCHEMA = 16
+REFERENCE_SCHEMA = 17
 OPEN_REFERENCE_SCHEMA = 2  # of what is done differently for open takes
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
@@ -115,7 +116,7 @@ class GroupAnchor(Keyed):
 def make_references(context: Context, tracking: TrackingResult, grouped: GroupedFrames) -> References:
     """The reference mesh of each group."""
     aligned = align_groups(context, tracking, grouped)
-    units, own = building_units(context, aligned), _carrying_units(context, tracking, aligned)
+    units, own = building_units(context, tracking, aligned), _carrying_units(context, tracking, aligned)
     build = build_with if context.frames.take is None and context.settings.reference.holes == "closed" else build_open_with
     built = cached_map(context, build, {index: unit for index, unit in units.items() if index not in own}, ReferenceMesh, BUILDING)
     place = placed_in_reference if over_reference(context) else carried_to_reference
@@ -177,9 +178,9 @@ def _cap(context: Context, frames: tuple[int, ...]) -> list[int]:
     return [MAX_TRIANGLES] * capped + [DENSE_TRIANGLES, ALIGNED_VERTICES] * dense
 
 
-def building_units(context: Context, aligned: AlignedGroups) -> dict[int, WorkUnit]:
+def building_units(context: Context, tracking: TrackingResult, aligned: AlignedGroups) -> dict[int, WorkUnit]:
     """What `build_with` is to do, by index of the group."""
-    return {group.index: _building(context, group, aligned) for group in aligned.groups}
+    return {group.index: _building(context, tracking, group, aligned) for group in aligned.groups}
 
 
 def align_to_anchor(body: CappedMesh, tracked: np.ndarray, anchor: GroupAnchor, count: int) -> AlignedFrame:
@@ -243,7 +244,7 @@ def _alignment(
     return WorkUnit(group.folder + entry, group.key, arguments, number)
 
 
-def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> WorkUnit:
+def _building(context: Context, tracking: TrackingResult, group: FrameGroup, groups: AlignedGroups) -> WorkUnit:
     def arguments() -> tuple:
         centers = groups.centers[group.index]
         anchor = context.frames.body(group.source[centers.anchor])
@@ -262,9 +263,18 @@ def _building(context: Context, group: FrameGroup, groups: AlignedGroups) -> Wor
             points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
             return settings.reconstruction, UnionPoints(points, normals, ~on_cap), centers.spacing, triangles, depth, True
         surface = group_surface(frames, anchor, groups.of_source(group, own).features, centers.spacing)
-        return settings.reconstruction, surface, centers.spacing, triangles, depth
+        return settings.reconstruction, surface, centers.spacing, triangles, depth, _density(context, tracking, group, centers)
 
     return WorkUnit(_source_entry(context, group, "mesh"), group.key, arguments)
+
+
+def _density(context: Context, tracking: TrackingResult, group: FrameGroup, centers: GroupCenters) -> CaptureDensity | None:
+    """That of the group's anchor frame; None where the number of triangles is requested, or as large as we allow."""
+    settings = context.settings.reference
+    if settings.triangles or settings.mapping == "rbf" or _cap(context, group.source):
+        return None
+    anchor = group.source[centers.anchor]
+    return CaptureDensity.of(context.frames.surface(anchor), tracking.centers_in((group.source[0], anchor))[1], centers.positions)
 
 
 def _carrying_units(context: Context, tracking: TrackingResult, aligned: AlignedGroups) -> dict[int, WorkUnit]:
