@@ -20,7 +20,7 @@ from ..geometry.mesh import vertex_components
 from ..geometry.voxels import fill, grid_of
 from ..types import TriangleMesh
 
-LEAST_CENTERS = 40  # of a piece that shows a body, and at least its share LARGE
+LEAST_CENTERS = 40  # of a piece or a part that shows a body, and at least its share LARGE
 VOXEL = 0.25  # s, side of the voxels in which a contact is measured
 DEEP = 2.0  # s, how far from a contact what lies on either side of it is measured
 # Least volume there on either side, in prisms over the contact: limbs have about one on their own side, a head on a thin neck has 1.7,

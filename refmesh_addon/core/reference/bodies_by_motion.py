@@ -18,17 +18,16 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..capture.pieces import LARGE
 from ..tracking.neighbors import neighbor_pairs
 from ..tracking.rigid_parts import RigidParts, rigid_parts
 from ..types import FrozenArrays
-from .bodies_by_gaps import GapBodies
+from .bodies_by_gaps import LEAST_CENTERS, GapBodies
 from .marked_bodies import marked_bodies
 from .separation import bodies_of
 
 FRAMES = 9  # of a window that are compared
 WINDOWS = (1, 2, 4)  # the whole take, halves and quarters, each overlapping the next by half, as drift grows; none shorter than FRAMES
-LARGE = 0.05  # least share of the centers in a part that shows a body, and at least LEAST_CENTERS
-LEAST_CENTERS = 40
 CLEAR = 0.3  # by which one motion must miss the volume more, in s, than the other, to show which of the two a center has
 REACH = 5.0  # distance, in s, across which two parts are compared
 LEAST_PAIRS = 5  # of centers across a contact
