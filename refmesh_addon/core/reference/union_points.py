@@ -66,9 +66,10 @@ def _summed(keys: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return keys[starts], np.add.reduceat(rows, starts) if len(keys) else rows
 
 
-def without_inner_rims(union: UnionPoints, thickness: float) -> UnionPoints:
-    """The points but for those on a rim that another frame's sheet goes beyond.  thickness : of the sheets, scene units."""
+def without_inner_rims(union: UnionPoints) -> UnionPoints:
+    """The points but for those on a rim that another frame's sheet goes beyond."""
     behind = distances_behind(union.points, union.normals)
+    thickness = sheet_thickness(behind)
     rim = behind > RIM * thickness
     if rim.all() or not rim.any():
         return union
@@ -78,9 +79,8 @@ def without_inner_rims(union: UnionPoints, thickness: float) -> UnionPoints:
     return union.where(~rim)
 
 
-def sheet_thickness(points: np.ndarray, normals: np.ndarray) -> float:
-    """Median distance between the two sides of a layer, scene units, from (P, 3) oriented points on it."""
-    behind = distances_behind(points, normals)
+def sheet_thickness(behind: np.ndarray) -> float:
+    """Median distance between the two sides of a layer, scene units.  behind : (P,) `distances_behind` of points on it."""
     return float(np.median(behind[np.isfinite(behind)])) if np.isfinite(behind).any() else 0.0
 
 

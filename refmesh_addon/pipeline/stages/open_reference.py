@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from ...core.reference.cap_points import OrientedPoints
 from ...core.reference.group import ReferenceMesh
 from ...core.reference.open_reference import build_open_reference
-from ...core.reference.union_points import PointUnion, UnionPoints, sheet_thickness, without_inner_rims
+from ...core.reference.union_points import PointUnion, UnionPoints, without_inner_rims
 from .reconstruction import RECONSTRUCTIONS
 
 # Frames that share the points of a reconstruction, at most: what only a few of many frames show needs points too.
@@ -19,8 +19,7 @@ def union_of(frames: Iterable[OrientedPoints], cell: float) -> UnionPoints:
     union = PointUnion(cell)
     for frame in frames:
         union.add(frame.points, frame.normals, ~frame.on_cap)
-    points = union.points()
-    return without_inner_rims(points, sheet_thickness(points.points, points.normals))
+    return without_inner_rims(union.points())
 
 
 def build_open_with(name: str, union: UnionPoints, spacing: float, triangles: int, depth: int, is_open: bool) -> ReferenceMesh:

@@ -23,7 +23,7 @@ def union_of(*surfaces):
         body = shell_behind(surface, SHELL)
         points, owners = sample_surface(body, 20_000, np.random.default_rng(seed))
         union.add(points, triangle_normals(body)[owners], owners < len(surface.triangles))
-    return without_inner_rims(union.points(), SHELL)
+    return without_inner_rims(union.points())
 
 
 def cap(height):

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from refmesh_addon.core.geometry.mesh import sample_surface, triangle_normals
-from refmesh_addon.core.reference.union_points import PointUnion, sheet_thickness, without_inner_rims
+from refmesh_addon.core.reference.union_points import PointUnion, distances_behind, sheet_thickness, without_inner_rims
 
 from ..shapes import TILT, box, moved
 
@@ -44,8 +44,8 @@ def test_memory_depends_on_the_surface_and_not_on_the_number_of_frames():
 def test_the_rim_of_a_shorter_frame_goes_and_that_of_the_longest_stays(turn):
     frames = [(points @ turn.T, normals @ turn.T, shown) for points, normals, shown in (plate_points(1.0), plate_points(1.5))]
     union = union_of(*frames)
-    assert sheet_thickness(union.points, union.normals) == pytest.approx(THICKNESS, rel=0.1)
-    kept = without_inner_rims(union, THICKNESS)
+    assert sheet_thickness(distances_behind(union.points, union.normals)) == pytest.approx(THICKNESS, rel=0.1)
+    kept = without_inner_rims(union)
     rim = lambda points, x: (np.abs((points.points @ turn)[:, 0] - x) < 0.015) & ((points.normals @ turn)[:, 0] > 0.5)
     assert rim(union, 1.0).sum() > 50 and rim(kept, 1.0).sum() < 0.05 * rim(union, 1.0).sum()
     assert rim(kept, 1.5).sum() > 0.9 * rim(union, 1.5).sum()
