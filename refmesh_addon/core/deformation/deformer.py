@@ -28,7 +28,7 @@ from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
 from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from .outliers import Surroundings, VisibleSource, without_outliers
 from .patches import PATCH_RADIUS, Patches, surface_patches
-from .presence import absent_bodies
+from .presence import ABSENT, OUT_OF_VIEW, absent_bodies
 from .surface_fit import fit_surface
 from .surface_samples import SurfaceSampler
 
@@ -127,7 +127,7 @@ class ReferenceDeformer:
             goals,
             held=fitted.held,
             hidden=hidden(deformed.vertices),
-            absent=absent_bodies(deformed, source, enclosed),
+            absent=absent_bodies(deformed, source, enclosed, OUT_OF_VIEW if self._is_view else ABSENT),
             curled=facing.curled(deformed.vertices),
             rotation_vectors=Rotation.from_matrix(rotations).as_rotvec(),
         )

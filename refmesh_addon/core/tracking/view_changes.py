@@ -20,7 +20,9 @@ from .view_pull import REACH, near_cells
 from .volume import Volume
 
 FAR = 1.25  # distance, in s, from all centers from which on volume has none
-MOST_NEW = 0.1  # share of the volume that may have no centers; more of them would begin another mesh every few frames
+# Share of the volume that may be so far from all centers, and farther than DEEP, in s: there, motions are extrapolated too far. With less
+# than these, another mesh would begin every few frames.
+MOST_NEW, DEEP, MOST_DEEP = 0.1, 2.0, 0.04
 UNSEEN = 0.1  # share of s^3 near a center that is seen, below which it sees nothing
 
 
@@ -33,9 +35,10 @@ def repopulated(state: TrackedFrame, volume: Volume) -> TrackedFrame:
     active = np.flatnonzero(state.active_centers)
     ownership = Ownership(samples)
     ownership.of(state.centers[active])
-    far = ownership.distances(state.centers[active]) > FAR * spacing
+    distances = ownership.distances(state.centers[active]) / spacing
+    far, shares = distances > FAR, samples.masses / samples.masses.sum()
     count = round(samples.masses[far].sum() * volume.voxel**3 / spacing**3)
-    if samples.masses[far].sum() < MOST_NEW * samples.masses.sum() or count < FEWEST:
+    if (shares[far].sum() < MOST_NEW and shares[distances > DEEP].sum() < MOST_DEEP) or count < FEWEST:
         return state
     masses, _ = near_cells(state.centers[active], ownership, REACH * spacing)
     unseen = masses * volume.voxel**3 < UNSEEN * spacing**3

@@ -72,6 +72,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
     context.report.far_places.sort(key=lambda place: -place.distance)
     _warn_of_far_places(context)
     _warn_of_absent(context)
+    _warn_of_views(context)
 
 
 def _reported(number: int, kind: str, places: FarPlaces) -> list[FarPlace]:
@@ -97,9 +98,20 @@ def _warn_of_absent(context: Context) -> None:
         context.warn(f"frame{'s' if len(numbers) > 1 else ''} {format_ranges(numbers)}: {what}")
 
 
+def _warn_of_views(context: Context) -> None:
+    """One warning of the flipped triangles of an open take."""
+    frames = [frame for frame in context.report.frames if frame.flipped > FLIPPED_WARNING]
+    if frames and context.frames.take is not None:  # of bodies, each frame has a warning
+        worst = max(frames, key=lambda frame: frame.flipped)
+        where = f"{len(frames)} of {len(context.numbers)} frames have more than {FLIPPED_WARNING:.1%}"
+        numbers = format_ranges(frame.number for frame in frames)
+        what = f"{worst.flipped:.2%} of the triangles are flipped, with those out of view; {where}: {numbers}"
+        context.warn(f"frame {worst.number}: {what}")
+
+
 def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, row: int) -> FrameReport:
     number = context.numbers[group.frames[row]]
-    if smoothed.flipped > FLIPPED_WARNING:
+    if smoothed.flipped > FLIPPED_WARNING and context.frames.take is None:
         better = "begin another mesh there (--group-starts)" if group.segment else "a smaller --group-size may serve it better"
         context.warn(f"frame {number}: {smoothed.flipped:.2%} of the triangles are flipped; {better}")
     capped = context.frames.statistics[group.frames[row]].capped

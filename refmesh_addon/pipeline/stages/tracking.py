@@ -24,7 +24,7 @@ from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
 TRACKING_SCHEMA = 10
-VIEW_SCHEMA = 2  # of what is done differently for open takes
+VIEW_SCHEMA = 3  # of what is done differently for open takes
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "state"  # all that the next frame needs; only that of the last frame is kept
 

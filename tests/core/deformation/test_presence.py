@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from refmesh_addon.core.deformation.presence import absent_bodies, shrunk
+from refmesh_addon.core.deformation.presence import OUT_OF_VIEW, absent_bodies, shrunk
 from refmesh_addon.core.geometry.closest_point import SurfaceIndex
 from refmesh_addon.core.geometry.mesh import triangle_areas
-from refmesh_addon.core.geometry.winding import enclosed_by
+from refmesh_addon.core.geometry.winding import enclosed_by, nothing_enclosed_by
+from refmesh_addon.core.types import TriangleMesh
 from tests.core.shapes import ball, box, joined
 
 BODY = box((2.0, 1.2, 0.8), 4)
@@ -25,6 +26,14 @@ def test_a_body_that_the_frame_shows_is_present_and_one_that_it_does_not_show_is
     both = joined(BODY, prop(2.0))
     assert not absent(both, both).any()
     assert_array_equal(absent(both, BODY), np.arange(len(both.vertices)) >= len(BODY.vertices))
+
+
+def test_what_a_camera_sees_of_a_body_is_not_lost():
+    both, seen = joined(BODY, prop(2.0)), prop(2.0).triangles[prop(2.0).vertices[prop(2.0).triangles][:, :, 0].max(axis=1) > 2.1]
+    source = joined(BODY, TriangleMesh(prop(2.0).vertices, seen))
+    arguments = both, SurfaceIndex(source), nothing_enclosed_by(source)
+    assert absent_bodies(*arguments).any() and not absent_bodies(*arguments, OUT_OF_VIEW).any()
+    assert absent_bodies(both, SurfaceIndex(BODY), nothing_enclosed_by(BODY), OUT_OF_VIEW).any()
 
 
 def test_a_body_inside_another_is_hidden_and_not_absent():
