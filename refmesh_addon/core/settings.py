@@ -239,6 +239,15 @@ class ColorSettings(StageSettings):
         "Whether changes of exposure over the take are evened out",
         choices={"keep": "As captured", "even": "One gain per frame and channel; the report lists them"},
     )
+    color_drift: str = option(
+        "off",
+        "Whether vertices are moved along the surface to where the colors of the capture are those of the anchor frame",
+        choices={
+            "off": "Vertices stay where the shape alone puts them",
+            "on": "Optical flow between textures moves vertices, which are then fitted again; takes a few seconds more per frame",
+        },
+        label="Drift by Color",
+    )
     texture_format: str = option(
         "png",
         "Files of the texture sequence",

@@ -69,6 +69,21 @@ class GroupReport:
 
 
 @dataclass(frozen=True)
+class DriftReport:
+    """Drift of a frame that was removed by color.
+
+    agreeing : share of vertices whose picture agrees with that of the anchor frame once they have moved; 0 where the frame is as it was.
+    slide : mean way that vertices have moved, mean edge lengths.
+    distance_before, distance_after : mean of vertices from the source, but for what lies in a contact or over a hole, % of the diagonal.
+    """
+
+    agreeing: float
+    slide: float
+    distance_before: float
+    distance_after: float
+
+
+@dataclass(frozen=True)
 class FrameReport:
     """One deformed frame; the distances are None until it is evaluated.
 
@@ -84,6 +99,7 @@ class FrameReport:
     texture, texture_mask : paths of the frame's picture and of the mask of what it shows of the capture; colored : path of the mesh with
     vertex colors; gain : of the exposure, per channel.  filled : share of the texels that other frames have filled.
     color_psnr, color_ssim : of unlit pictures against the source, dB; picture_psnr, picture_ssim : with outlines and background.
+    drift : what was removed by color; None where that is off or where the take has no color.
     """
 
     number: int
@@ -106,6 +122,7 @@ class FrameReport:
     colored: str | None = None
     gain: tuple[float, ...] | None = None
     filled: float | None = None
+    drift: DriftReport | None = None
     color_psnr: float | None = None
     color_ssim: float | None = None
     picture_psnr: float | None = None

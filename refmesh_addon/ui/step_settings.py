@@ -11,7 +11,7 @@ FIRST = {
     "tracking": ("surface", "centers", "resolution"),
     "reference": ("segments", "segment_frames", "group_size", "triangles"),
     "deformation": ("fit_rounds", "smoothness"),
-    "color": ("texture", "exposure", "texture_format"),
+    "color": ("texture", "exposure", "color_drift", "texture_format"),
 }
 ELSEWHERE = {"apart"}  # settings that have a panel of their own
 # Setting -> the setting and the value without which it has no effect.

@@ -1,4 +1,4 @@
-"""Drift seen by color: vertices moved along the surface until the picture at each vertex is that of the anchor frame.
+"""One slide of drift seen by color: vertices moved along the surface toward where the picture at each is that of the anchor frame.
 
 The flow inside the layout says how far the skin has slid below the mesh. Vertices are moved, never pictures: warping a picture
 blurs it and leaves the mesh wrong.
@@ -30,6 +30,14 @@ def slid(deformed: TriangleMesh, layout: Layout, texels: Texels, flow: Flow, sou
     flow : inside the layout at the size of the texels. Untrusted vertices move as their neighbors do.
     """
     offsets, trust = _vertex_flow(deformed, layout, texels, flow)
+    return displaced(deformed, offsets, trust, source)
+
+
+def displaced(deformed: TriangleMesh, offsets: np.ndarray, trust: np.ndarray, source: SurfaceIndex) -> TriangleMesh:
+    """The deformed mesh with its vertices moved along the source.
+
+    offsets : (R, 3) scene units.  trust : (R,) 0 to 1; vertices of little trust move as their neighbors do.
+    """
     moved = deformed.moved(deformed.vertices + _spread(deformed, offsets, trust))
     return _onto(moved, deformed, source)
 

@@ -86,6 +86,21 @@ class DeformedFrame(FrozenArrays):
         return Rotation.from_rotvec(self.rotation_vectors.copy()).as_matrix()  # SciPy wants an array that it might write to
 
 
+@dataclass(frozen=True)
+class Pose(FrozenArrays):
+    """The reference mesh of a group before it is fitted to a frame.
+
+    vertices : (R, 3) scene units.  rotations : (R, 3, 3) of their surroundings.  owners : (R,) centers that they belong to.
+    handles : (K,) vertices of matched key points.  goals : (K, 3) positions of their partners.
+    """
+
+    vertices: np.ndarray
+    rotations: np.ndarray
+    owners: np.ndarray
+    handles: np.ndarray
+    goals: np.ndarray
+
+
 class ReferenceDeformer:
     """Built once from a group's reference mesh, then deforms it to each frame of the group."""
 
@@ -105,26 +120,45 @@ class ReferenceDeformer:
 
         targets : (C, 3) the frame's own reference centers.  mesh : the frame.  centers : (C, 3) the same in the frame.
         """
-        carrier = FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing, self._mapping)
-        start, rotations, owners = carrier.to(centers).vertices, carrier.rotations_to(centers), carrier.binding.owners
+        carrier = self._carrier(targets)
+        start, rotations = carrier.to(centers).vertices, carrier.rotations_to(centers)
         handles, goals = self._matched(start, rotations, mesh)
-        posed = self._posed(handles, goals, start)
+        pose = Pose(self._posed(handles, goals, start), rotations, carrier.binding.owners, handles, goals)
+        return self._fitted(pose, mesh, centers)
+
+    def fitted_again(
+        self, frame: DeformedFrame, vertices: np.ndarray, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray
+    ) -> DeformedFrame:
+        """A deformed frame after its vertices were moved along the surface: on the source again, as when it was first deformed.
+
+        vertices : (R, 3) where they were moved to.  targets, mesh, centers : those that `to` took.
+        """
+        pose = Pose(vertices, frame.rotations, self._carrier(targets).binding.owners, frame.keypoints, frame.keypoint_targets)
+        return self._fitted(pose, mesh, centers)
+
+    def _carrier(self, targets: np.ndarray) -> FrameMap:
+        return FrameMap(self._mesh, targets, self._group.affinity, self._group.spacing, self._mapping)
+
+    def _fitted(self, pose: Pose, mesh: TriangleMesh, centers: np.ndarray) -> DeformedFrame:
+        """The posed mesh on the source, without folds and outliers."""
+        owners, rotations = pose.owners, pose.rotations
         mesh = with_short_edges(mesh, LONGEST_EDGE * self._group.spacing)
         source, enclosed = SurfaceIndex(mesh), self._enclosed_by(mesh)
         compatible = self._compatible_pairs(owners, possible_owners(mesh, centers, self._group.spacing))
         correspondence = Correspondence(source, self._sampler, compatible, enclosed, self._is_open)
-        fitted = fit_surface(self._solver, posed, correspondence, self._settings.fit_rounds, features=self._lines(mesh, compatible))
+        lines = self._lines(mesh, compatible)
+        fitted = fit_surface(self._solver, pose.vertices, correspondence, self._settings.fit_rounds, features=lines)
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)
         unseen = hidden(fitted.vertices) | self._out_of_view(fitted.held)
-        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, posed, facing, unseen))
+        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, pose.vertices, facing, unseen))
         if self._settings.fit_rounds:  # otherwise all of the surface is off the source
             around = Surroundings.of(self._solver.energy.adjacency, self._length, fitted.held | hidden(deformed.vertices))
             deformed = without_outliers(deformed, facing, around, VisibleSource(source, enclosed))
         return DeformedFrame(
             deformed.vertices,
-            handles,
-            goals,
+            pose.handles,
+            pose.goals,
             held=fitted.held,
             hidden=hidden(deformed.vertices),
             absent=absent_bodies(deformed, source, enclosed, OUT_OF_VIEW if self._is_view else ABSENT),

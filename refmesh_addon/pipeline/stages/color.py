@@ -24,14 +24,12 @@ from .color_units import (
     bake_frame,
     encode_frame,
     encode_steady,
-    make_layout,
     make_steady,
 )
 from .deformation import DeformedSequence
 from .groups import FrameGroup
-from .own_layout import own_layouts
+from .texture_layouts import texture_layouts
 
-LAYOUT_SCHEMA = 4
 BAKE_SCHEMA = 4
 STEADY_SCHEMA = 2
 FILES_SCHEMA = 2
@@ -69,24 +67,13 @@ def color(context: Context, deformed: DeformedSequence) -> ColoredSequence | Non
         return None
     largest = max(frame.size for frame in colors.values())
     size = min(largest, LARGEST) if settings.texture == "auto" or not largest else int(settings.texture)
-    layouts = _layouts(context, deformed) if size else {}
+    layouts = texture_layouts(context, deformed.references, LAYOUTS) if size else {}
     shared = {group.index: _shared(group, layouts, size, deformed) for group in deformed.groups}
     baked = _bake(context, deformed, shared, colors)
     gains = _gains(context, deformed, baked)
     steady = _steady(context, deformed, shared, baked, gains)
     files, steady_files = _files(context, deformed, shared, baked, gains, steady) if size else ({}, {})
     return ColoredSequence(deformed.groups, size, layouts, baked, gains, steady, files, steady_files)
-
-
-def _layouts(context: Context, deformed: DeformedSequence) -> Mapping[int, GroupLayout]:
-    """UV maps of the user's own are kept."""
-    units, given = {}, own_layouts(context, deformed)
-    for group in deformed.groups:
-        mesh = deformed.references[group.index].mesh
-        own = given.get(group.index)
-        key = digest(LAYOUT_SCHEMA, mesh.vertices.tobytes(), mesh.triangles.tobytes(), own.corners.tobytes() if own else b"")
-        units[group.index] = WorkUnit(f"color/layout_{group.index:03d}", key, lambda mesh=mesh, own=own: (mesh, own))
-    return cached_map(context, make_layout, units, GroupLayout, LAYOUTS)
 
 
 def _shared(group: FrameGroup, layouts: Mapping[int, GroupLayout], size: int, deformed: DeformedSequence) -> LayoutTexels:

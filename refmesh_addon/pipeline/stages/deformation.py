@@ -15,12 +15,15 @@ from ...core.deformation.fold_free_moves import moved_without_folds
 from ...core.deformation.presence import shrunk
 from ...core.deformation.temporal_smoothing import smoothed_in_time
 from ...core.reference.group import ReferenceMesh
+from ...core.settings import Settings
 from ...core.types import FrozenArrays, TriangleMesh
 from ..session.cache import digest
 from ..session.cached_map import CachedResults, WorkUnit, cached_map, finished_units
 from ..session.context import Context
 from ..session.job import DEFORMATION
 from ..session.stage_share import StageShare
+from .drift import FITTING, SLIDING, drift_removal
+from .drift_units import UndriftedFrame, remove_drift
 from .groups import FrameGroup
 from .reference import References
 from .tracking_result import TrackingResult
@@ -72,7 +75,7 @@ class DeformedSequence:
 
     groups : with keys of all that their deformed meshes depend on.  references : by index of the group, with transient pieces.
     smoothed : by index of the group and of the block, as `blocks` divides its frames.  transients : by index of the group.
-    block_keys : of all that each block depends on.
+    block_keys : of all that each block depends on.  undrifted : by (group, frame), where drift was removed; empty where it was not.
     """
 
     groups: tuple[FrameGroup, ...]
@@ -80,6 +83,7 @@ class DeformedSequence:
     smoothed: Mapping[tuple[int, int], SmoothedBlock]
     transients: Mapping[int, GroupTransients]
     block_keys: Mapping[tuple[int, int], str]
+    undrifted: Mapping[tuple[int, int], UndriftedFrame] = field(default_factory=dict)
     _anchors: dict[int, np.ndarray] = field(default_factory=dict)
 
     def mesh(self, group: FrameGroup, frame: int) -> TriangleMesh:
@@ -133,24 +137,57 @@ def deform(
 
     ready : called for each group as soon as its frames are done, with a sequence from which that group can be read.
     """
-    groups = fitting_groups(context, references)
-    pairs = [(group, frame) for group in groups for frame in group.reached]
-    units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
-    fitted = CachedResults(context.cache, units, DeformedFrame)
-    smooth_groups = tuple(replace(group, key=_smoothing_key(context, group)) for group in groups)
+    work = _work(context, tracking, references)
+    fitted = CachedResults(context.cache, work.units, work.kind)
+    smooth_groups = tuple(replace(group, key=_smoothing_key(context, group)) for group in work.groups)
     parts = [(group, index, block) for group in smooth_groups for index, block in enumerate(blocks(group))]
-    smoothing = {(group.index, index): _smoothing(context, references, fitted, groups[group.index], block) for group, index, block in parts}
+    smoothing = {
+        (group.index, index): _smoothing(context, references, fitted, work.groups[group.index], block) for group, index, block in parts
+    }
     keys = {name: unit.key for name, unit in smoothing.items()}
-    names = {group.index: [(group.index, block) for block in range(len(blocks(group)))] for group in groups}
+    names = {group.index: [(group.index, block) for block in range(len(blocks(group)))] for group in smooth_groups}
+    removed = fitted if work.kind is UndriftedFrame else {}
+    sequence = lambda smoothed: DeformedSequence(smooth_groups, references.extended, smoothed, references.transients, keys, removed)
     remaining = {group.index: set(group.reached) for group in smooth_groups}
-    for index, frame in finished_units(context, deform_reference, units, DeformedFrame, DEFORMING):
+    for index, frame in finished_units(context, work.function, work.units, work.kind, work.share):
         remaining[index].discard(frame)
         if ready is not None and not remaining[index]:
             own = {name: smoothing[name] for name in names[index]}
             done = cached_map(context, smooth_block, own, SmoothedBlock, UNCOUNTED)
-            ready(DeformedSequence(smooth_groups, references.extended, done, references.transients, keys), smooth_groups[index])
-    smoothed = cached_map(context, smooth_block, smoothing, SmoothedBlock, SMOOTHING)
-    return DeformedSequence(smooth_groups, references.extended, smoothed, references.transients, keys)
+            ready(sequence(done), smooth_groups[index])
+    return sequence(cached_map(context, smooth_block, smoothing, SmoothedBlock, SMOOTHING))
+
+
+@dataclass(frozen=True)
+class _Work:
+    """How the frames come about that are then smoothed: `function` computes results of type `kind`, `units` by group and frame."""
+
+    groups: list[FrameGroup]
+    units: dict[tuple[int, int], WorkUnit]
+    function: Callable[..., DeformedFrame]
+    kind: type[DeformedFrame]
+    share: StageShare
+
+
+def _work(context: Context, tracking: TrackingResult, references: References) -> _Work:
+    """Fitting alone, or, once that is done, the removal of drift."""
+    groups = fitting_groups(context, references)
+    pairs = [(group, frame) for group in groups for frame in group.reached]
+    units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
+    plain = _Work(groups, units, deform_reference, DeformedFrame, fitting_share(context.settings))
+    if context.settings.color.color_drift == "off":
+        return plain
+    fitted = cached_map(context, deform_reference, units, DeformedFrame, plain.share)
+    removal = drift_removal(context, references, groups)
+    if removal is None:
+        return plain
+    sliding = {at: removal.unit(context, references, unit, fitted, at) for at, unit in units.items()}
+    return _Work(removal.groups, sliding, remove_drift, UndriftedFrame, SLIDING)
+
+
+def fitting_share(settings: Settings) -> StageShare:
+    """The part of the stage's progress in which frames are fitted."""
+    return DEFORMING if settings.color.color_drift == "off" else FITTING
 
 
 def fitting_groups(context: Context, references: References) -> list[FrameGroup]:
@@ -167,7 +204,7 @@ def fit_frames(
     groups = fitting_groups(context, references)
     pairs = [(groups[index], frame) for index, chosen in frames.items() for frame in chosen]
     units = {(group.index, frame): _fitting(context, tracking, references, group, frame) for group, frame in pairs}
-    return cached_map(context, deform_reference, units, DeformedFrame, DEFORMING)
+    return cached_map(context, deform_reference, units, DeformedFrame, fitting_share(context.settings))
 
 
 def blocks(group: FrameGroup) -> list[tuple[int, int]]:

@@ -13,7 +13,7 @@ from ...io.files import output_folder
 from ...io.frame_range import format_ranges
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
-from ...io.report import DEFORMED_FOLDER, FarPlace, FrameReport, deformed_path
+from ...io.report import DEFORMED_FOLDER, DriftReport, FarPlace, FrameReport, deformed_path
 from ..session.cache import KEY_LENGTH
 from ..session.context import Context
 from .bridged_frames import played, write_bridged
@@ -56,6 +56,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
             smoothed = deformed.row(group, row)
             entry = replace(_frame_report(context, smoothed, group, row), overstretched=rest.overstretched(smoothed.vertices))
             entry = replace(entry, **write_removed(context, frame))  # by the names of the report
+            entry = replace(entry, drift=_drift_report(deformed, group, frame))
             colors = None
             if measured is not None:
                 entry = replace(entry, **vars(measured[frame].distances))  # its figures have the same names in the report
@@ -117,6 +118,14 @@ def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, 
     capped = context.frames.statistics[group.frames[row]].capped
     shares = {name: getattr(smoothed, name) for name in ("flipped", "held", "hidden", "absent")}
     return FrameReport(number, group.index, deformed_path(number), **shares, capped=capped)
+
+
+def _drift_report(deformed: DeformedSequence, group: FrameGroup, frame: int) -> DriftReport | None:
+    undrifted = deformed.undrifted.get((group.index, frame))
+    if undrifted is None:
+        return None
+    distances = 100 * undrifted.distance_before, 100 * undrifted.distance_after
+    return DriftReport(undrifted.agreeing, undrifted.slide, *distances)
 
 
 def _write_playback(context: Context, deformed: DeformedSequence, group: FrameGroup) -> None:

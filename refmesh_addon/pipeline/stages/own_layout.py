@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,28 +10,27 @@ import numpy as np
 from ...core.color.layout import Layout
 from ...core.color.own_layout import layout_of
 from ...core.errors import RefMeshError
+from ...core.reference.group import ReferenceMesh
 from ...core.types import TriangleMesh
 from ...io.own_uvs import OWN_LAYOUT_NAME, own_uvs, read_own_layout
 from ..session.context import Context
-from .deformation import DeformedSequence
 from .own_mesh import own_mesh
 
 REFUSED = "its UV map cannot hold the colors"
 
 
-def own_layouts(context: Context, deformed: DeformedSequence) -> dict[int, Layout]:
+def own_layouts(context: Context, references: Mapping[int, ReferenceMesh]) -> dict[int, Layout]:
     """By index of the group: the UV map added to its mesh in Blender, else that of the mesh of `--mesh`.
 
     Warns of those that cannot be used.
     """
     given, result = _of_own_mesh(context), {}
-    for group in deformed.groups:
-        mesh = deformed.references[group.index].mesh
-        added = _added(context, group.index, mesh)
+    for index, reference in references.items():
+        added = _added(context, index, reference.mesh)
         if added is not None:
-            result[group.index] = added
-        elif given is not None and np.array_equal(given[0], mesh.triangles):
-            result[group.index] = given[1]
+            result[index] = added
+        elif given is not None and np.array_equal(given[0], reference.mesh.triangles):
+            result[index] = given[1]
     return result
 
 

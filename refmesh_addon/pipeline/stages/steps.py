@@ -10,7 +10,8 @@ from ..session.context import READING_SHARE
 from ..session.job import COLOR, DEFORMATION, EVALUATION, REFERENCE, TRACKING, JobSpec
 from ..session.stage_share import StageShare
 from .color import BAKING, FILES, LAYOUTS, STEADY, SURVEY
-from .deformation import BLOCK, DEFORMING, SMOOTHING
+from .deformation import BLOCK, SMOOTHING, fitting_share
+from .drift import LAYING_OUT, SLIDING, SURVEYING
 from .evaluation import FRAMES
 from .reference import ALIGNING, BUILDING, PLACING
 
@@ -57,7 +58,11 @@ def _steps(spec: JobSpec, frames: int) -> Iterator[JobStep]:
     if DEFORMATION in stages:
         if reference.segments == "long":  # what one mesh serves shows only in some deformed frames; where it does not, others are made
             yield JobStep(REVIEW, "Review Meshes")
-        yield JobStep("deform", "Deform", DEFORMING, frames)
+        yield JobStep("deform", "Deform", fitting_share(spec.settings), frames)
+        if spec.settings.color.color_drift != "off":
+            yield JobStep("drift_survey", "Survey Colors for Drift", SURVEYING, frames)
+            yield JobStep("drift_layout", "Lay Out Textures for Drift", LAYING_OUT, groups)
+            yield JobStep("drift", "Remove Drift", SLIDING, frames)
         yield JobStep("smooth", "Smooth", SMOOTHING, ceil(frames / BLOCK) if groups == 1 else groups)
     if EVALUATION in stages:
         yield JobStep("measure", "Measure", FRAMES, frames)
