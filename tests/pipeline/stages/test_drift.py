@@ -45,13 +45,18 @@ def test_it_goes_on_from_what_is_fitted(removed):
     assert not any(name.startswith(("tracking", "reference", "deformation/frame", "deformation/handover")) for name in made)
 
 
-def test_same_bytes_with_one_process(take, removed, tmp_path):
+def test_what_is_lost_comes_back_in_one_process_with_the_same_bytes(take, removed, tmp_path):
+    output = Path(shutil.copytree(removed[0], tmp_path / "copy"))
+    lost = [path for path in (output / "cache").rglob("*.npz") if path.name.startswith(("undrifted_", "smoothed_"))]
+    assert lost
+    for path in lost:
+        path.unlink()
     job = {name: SMALL[name] for name in ("until", "frames")}
     flat = {name: value for name, value in SMALL.items() if name not in job}
     settings = Settings.from_flat({**TINY.to_flat(), **flat, "color_drift": "on"})
     with Workers(1) as workers:
-        run(JobSpec(str(take), str(tmp_path), settings=settings, **job), lambda *progress: None, lambda line: None, workers)
-    assert results(tmp_path) == results(removed[0])
+        run(JobSpec(str(take), str(output), settings=settings, **job), lambda *progress: None, lambda line: None, workers)
+    assert results(output) == results(removed[0])
 
 
 def test_switched_off_frames_are_as_without_it(take, removed, tmp_path):
