@@ -54,8 +54,9 @@ class REFMESH_PT_sequence(SequencePanel, bpy.types.Panel):
         layout.operator("refmesh.check_sequence", icon="VIEWZOOM")
         owner = state.id_data
         note = scale_note(longest_side(owner, context.scene)) if state.root else ""
-        if note:
+        if note and not state.checked:  # the findings of the check have it as well
             draw_wrapped(layout, context, note, icon="CON_SIZELIMIT")
+        if note:
             layout.operator("refmesh.scale_sequence")
         if not state.checked:
             layout.label(text="Frames not checked yet", icon="QUESTION")
