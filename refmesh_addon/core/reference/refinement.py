@@ -35,10 +35,11 @@ class FittedFrame(FrozenArrays):
     visible: np.ndarray
 
 
-def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame]) -> ReferenceMesh:
+def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame], rest: np.ndarray | None = None) -> ReferenceMesh:
     """The reference mesh with those edges split in the middle that some frame stretches; itself where there are none.
 
     frames : the mesh in some of them, read one after the other in each round. New vertices come after those that there are.
+    rest : (R, 3) vertices that frames are compared with, where those of the mesh have been moved for these; None for the mesh's own.
 
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> still = ReferenceMesh(square, 0)
@@ -46,12 +47,12 @@ def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame]) -> Referenc
     True
     """
     start = reference.mesh
-    rest = FittedFrame(start.vertices, np.ones(len(start.vertices), dtype=bool))
+    still = FittedFrame(start.vertices if rest is None else rest, np.ones(len(start.vertices), dtype=bool))
     budget = int(MOST * len(HalfEdges.of(start).edges))
     splits: list[np.ndarray] = []
     for _ in range(ROUNDS):
         table = HalfEdges.of(reference.mesh)
-        split = _longest(_stretched(table.edges, start, rest, frames, splits), budget)
+        split = _longest(_stretched(table.edges, start, still, frames, splits), budget)
         if not split.any():
             break
         budget -= int(split.sum())

@@ -6,8 +6,11 @@ from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ...core.deformation.deformer import DeformedFrame
 from ...core.errors import RefMeshError
+from ...core.reference.frame_lengths import with_frame_lengths
 from ...core.reference.group import ReferenceMesh
 from ...core.reference.refinement import FittedFrame, refined
 from ..session.cache import digest
@@ -19,7 +22,7 @@ from .reference import References
 from .segment_trials import SegmentTrials
 from .tracking_result import TrackingResult
 
-REFINEMENT_SCHEMA = 2
+REFINEMENT_SCHEMA = 3
 
 
 @dataclass(frozen=True)
@@ -67,9 +70,15 @@ def _refinement(
         if context.part is not None:
             raise RefMeshError("an earlier step of the job is not complete: run its tasks first")
         fitted = fit_frames(context.without_progress(), tracking, references, _holders(references, group, frames))
-        mesh = refined(reference, _FittedFrames(fitted))
+        mesh = _adapted(reference, _FittedFrames(fitted))
         context.cache.save_result(entry, key, mesh)
-    return WorkUnit(entry, key, tuple) if len(mesh.mesh.vertices) > len(reference.mesh.vertices) else None
+    return None if np.array_equal(mesh.mesh.vertices, reference.mesh.vertices) else WorkUnit(entry, key, tuple)
+
+
+def _adapted(reference: ReferenceMesh, frames: _FittedFrames) -> ReferenceMesh:
+    """The reference mesh with edges as long as frames show them, and those divided that are too long."""
+    mesh = with_frame_lengths(reference.mesh, frames)
+    return refined(replace(reference, mesh=mesh), frames, reference.mesh.vertices)
 
 
 def _holders(references: References, group: FrameGroup, frames: tuple[int, ...]) -> Mapping[int, tuple[int, ...]]:
