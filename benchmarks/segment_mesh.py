@@ -57,9 +57,7 @@ def choices(context: Context, groups: list[tuple[int, ...]]) -> dict[str, tuple[
     return {"all": tuple(range(len(context.frames))), "first": groups[0], "apart": apart}
 
 
-def made_from(
-    context: Context, tracking: TrackingResult, aligned: AlignedGroups, name: str, frames: Iterable[int]
-) -> References:
+def made_from(context: Context, tracking: TrackingResult, aligned: AlignedGroups, name: str, frames: Iterable[int]) -> References:
     """The reference mesh of the only run, of the points of some frames."""
     (group,) = aligned.groups
     counted = {*frames, group.frames[aligned.centers[0].anchor]}
@@ -102,7 +100,7 @@ def compared(spec: JobSpec, workers: Workers) -> dict[str, dict[str, float]]:
     aligned = align_groups(sampled, tracking, group_frames(sampled, tracking, None, [tuple(range(len(context.frames)))], segment=True))
     rows = {}
     for name, frames in choices(context, chosen_groups(context, tracking)).items():
-        rows[name] = figures(reduced, tracking, made_from(reduced, aligned, name, frames))
+        rows[name] = figures(reduced, tracking, made_from(reduced, tracking, aligned, name, frames))
         numbers = f"{context.numbers[frames[0]]}-{context.numbers[frames[-1]]}"
         print(f"{name:6} frames {numbers:9}", *(f"{key} {value:g}" for key, value in rows[name].items()), sep="  ", flush=True)
     return rows
