@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from .files import CENTERS_NAME, read_npz
 
 CENTERS = {"frames": "(F) integer", "positions": "(F, C, 3) number"}
 LAYOUT = {"uvs": "(U, 2) number", "triangles": "(S, 3) int32 < U"}
-_REFERENCE_CENTERS = re.compile(r"group_[0-9]{3,}_reference_centers")
+_REFERENCE_CENTERS = re.compile(r"(group_[0-9]{3,})_reference_centers")
 
 
 def read_centers(folder: Path) -> dict[str, np.ndarray]:
@@ -26,7 +26,7 @@ def read_centers(folder: Path) -> dict[str, np.ndarray]:
     path = folder / CENTERS_NAME
     try:
         arrays = read_npz(path)
-        optional = {**CENTER_LAYOUTS, **{name: "(C, 3) number" for name in arrays if _REFERENCE_CENTERS.fullmatch(name)}}
+        optional = {**CENTER_LAYOUTS, **_group_layouts(arrays)}
         known = {name: arrays[name] for name in (*CENTERS, *optional) if name in arrays}
         check_layouts(known, CENTERS, optional)
         _check_finite(known)
@@ -35,6 +35,16 @@ def read_centers(folder: Path) -> dict[str, np.ndarray]:
         return known
     except (OSError, ValueError) as error:
         raise RefMeshError(f"{path}: cannot be read ({error}); run the steps again") from error
+
+
+def _group_layouts(names: Collection[str]) -> dict[str, str]:
+    """Of the arrays of each group. Where it lacks centers that other groups have, indices say whose positions these are."""
+    layouts = {}
+    for group in (match[1] for name in names if (match := _REFERENCE_CENTERS.fullmatch(name))):
+        partial = f"{group}_center_indices" in names
+        layouts[f"{group}_reference_centers"] = f"({group}, 3) number" if partial else "(C, 3) number"
+        layouts |= {f"{group}_center_indices": f"({group}) integer < C"} if partial else {}
+    return layouts
 
 
 def read_layout(path: Path, triangles: int) -> tuple[np.ndarray, np.ndarray]:

@@ -23,6 +23,12 @@ def test_centers_of_any_version_are_read_without_what_is_not_known(tmp_path):
     assert set(read_centers(tmp_path)) == {"frames", "positions"}
 
 
+def test_a_group_may_lack_centers_that_come_later(tmp_path):
+    some = {"group_001_reference_centers": np.zeros((2, 3)), "group_001_center_indices": np.array([0, 2])}
+    write_npz(tmp_path / "centers.npz", {**CENTERS, **some})
+    assert set(read_centers(tmp_path)) == {*CENTERS, *some}
+
+
 @pytest.mark.parametrize(
     "changed",
     [
@@ -34,6 +40,8 @@ def test_centers_of_any_version_are_read_without_what_is_not_known(tmp_path):
         {"frames": np.array([4.0, 5.0])},
         {"body": np.zeros(4)},
         {"group_000_reference_centers": np.zeros((2, 3))},
+        {"group_000_reference_centers": np.zeros((2, 3)), "group_000_center_indices": np.array([0, 1, 2])},
+        {"group_000_reference_centers": np.zeros((2, 3)), "group_000_center_indices": np.array([0, 3])},
     ],
 )
 def test_centers_of_another_shape_or_type_are_refused(tmp_path, changed):

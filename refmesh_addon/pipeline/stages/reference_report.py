@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from ...core.evaluation.rotational_symmetry import symmetric_bodies
 from ...core.geometry.mesh import is_watertight, vertex_components
 from ...core.reference.budget import ALIGNED_VERTICES, DENSE_TRIANGLES, MAX_TRIANGLES, is_capped
+from ...core.reference.group import GroupCenters
 from ...io.files import output_folder
 from ...io.ply import write_ply
 from ...io.report import GroupReport
@@ -35,9 +37,18 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
         _warn_of_left_out(context, entry)
         _warn_of_joined(context, tracking, references, group)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
-    arrays = {f"group_{index:03d}_reference_centers": centers.positions for index, centers in references.centers.items()}
-    write_centers(context, tracking, arrays, references.bodies)
+    arrays = [_center_arrays(tracking, group, references.centers[group.index]) for group in references.groups]
+    write_centers(context, tracking, dict(ChainMap(*reversed(arrays))), references.bodies)
     report_transients(context, references.transients)
+
+
+def _center_arrays(tracking: TrackingResult, group: FrameGroup, centers: GroupCenters) -> dict[str, np.ndarray]:
+    """The reference centers of a group, and which centers these are where it does not have all of them."""
+    name, members = f"group_{group.index:03d}", tracking.members(group.source[0])
+    arrays = {f"{name}_reference_centers": centers.positions}
+    if len(members) < tracking.positions.shape[1]:
+        arrays[f"{name}_center_indices"] = members
+    return arrays
 
 
 def _group_report(context: Context, references: References, group: FrameGroup) -> GroupReport:
