@@ -1,4 +1,4 @@
-"""A reference mesh whose edges are as long as the frames show them, where that differs from the reference positions.
+"""A reference mesh whose edges are as long as the frames show them, where they are shorter in the reference positions.
 
 Cloth that is folded in the reference positions has less surface there than in the frames. Fitted to these, its triangles would be stretched
 several times, and creases come out as saws.
@@ -19,7 +19,9 @@ from ..geometry.self_intersection import crossing_triangles
 from ..geometry.vectors import TINY
 from ..types import TriangleMesh
 
-CHANGED = 1.2  # factor by which an edge is longer or shorter in the frames than at rest; less is the play of single fits
+# Factor by which an edge is longer in the frames than at rest; less is the play of single fits. Edges that are shorter there keep their
+# lengths: near contacts, those of a ball and its box were shortened so that triangles flipped in other frames.
+LONGER = 1.2
 SHORTEST = 0.1  # mean edges, of an edge for its weight: one that the frames fold to nothing must not outweigh all others
 STAY = 0.05  # weight of a vertex's place against an edge's length, in edges of mean weight: shapes stay where no length changes
 ITERATIONS = 20  # after which lengths of the dancer's shirt change by less than a thousandth
@@ -34,7 +36,7 @@ class Frame(Protocol):
 
 
 def with_frame_lengths(mesh: TriangleMesh, frames: Iterable[Frame]) -> TriangleMesh:
-    """The mesh with vertices moved so that its edges have the root mean square of their lengths in the frames; itself where they have.
+    """The mesh with vertices moved so that edges which the frames lengthen have the root mean square of their lengths there, or itself.
 
     Lengths and places are alternately solved for, as springs are in Liu et al., "Fast Simulation of Mass-Spring Systems" (SIGGRAPH Asia
     2013). Nothing moves where triangles would cross that did not before.
@@ -52,14 +54,14 @@ def with_frame_lengths(mesh: TriangleMesh, frames: Iterable[Frame]) -> TriangleM
 
 
 def _frame_lengths(edges: np.ndarray, own: np.ndarray, frames: Iterable[Frame]) -> np.ndarray:
-    """(E,) lengths of (E, 2) edges in the frames that show both ends; their own where these are about the same, or there are none."""
+    """(E,) lengths of (E, 2) edges in the frames that show both ends; their own where these are not much longer."""
     squares, counts = np.zeros(len(edges)), np.zeros(len(edges))
     for frame in frames:
         shown = frame.visible[edges].all(axis=1)
         squares += np.where(shown, edge_lengths(frame.vertices, edges) ** 2, 0.0)
         counts += shown
     there = np.sqrt(squares / np.maximum(counts, 1))
-    changed = (counts > 0) & (np.maximum(there, own) > CHANGED * np.minimum(there, own))
+    changed = (counts > 0) & (there > LONGER * own)
     return np.where(changed, there, own)
 
 

@@ -22,7 +22,7 @@ from .reference import References
 from .segment_trials import SegmentTrials
 from .tracking_result import TrackingResult
 
-REFINEMENT_SCHEMA = 3
+REFINEMENT_SCHEMA = 4
 
 
 @dataclass(frozen=True)
