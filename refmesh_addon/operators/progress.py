@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 BAR_FORMAT = "{desc} {percentage:3.0f}%|{bar}| {elapsed}{postfix}"
+NOT_YET = 1e-9  # seconds until a bar shows itself; not while it is built, where an interrupt would leave its line open
 LEAST_LEFT = 1.0  # seconds that an estimate is taken for at least
 # The time left that is shown never grows, unless the job will take longer than it says by this factor and so many seconds more.
 LONGER, LONGER_SECONDS = 2.0, 10.0
@@ -88,7 +89,9 @@ def progress_bar(quiet: bool) -> Iterator[Callable]:
 
     interval = 0.1 if sys.stderr.isatty() else LOG_INTERVAL
     clock = Clock()
-    with tqdm(total=1.0, bar_format=BAR_FORMAT, mininterval=interval, miniters=0, disable=quiet, file=sys.stderr) as bar:
+    options = {"mininterval": interval, "miniters": 0, "delay": NOT_YET, "disable": quiet, "file": sys.stderr}
+    with tqdm(total=1.0, bar_format=BAR_FORMAT, **options) as bar:
+        bar.refresh()
         stage = ""
 
         def advance(event):
