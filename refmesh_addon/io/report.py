@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import platform
-import tomllib
 from dataclasses import asdict, dataclass, field
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +14,11 @@ from .files import write_json
 from .regular_files import read_json
 from .report_schema import check_report
 from .sequence import Sequence
+from .versions import versions
 
 SCHEMA = 1  # raised when a key changes its meaning or goes; new keys do not raise it
 REPORT_NAME = "report.json"
 DEFORMED_FOLDER, TEXTURE_FOLDER, COLORED_FOLDER = "deformed", "texture", "colored"  # in the output folder
-PACKAGES = ("numpy", "scipy", "trimesh", "pillow", "xatlas", "constriction", "pymeshlab")
-_MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
 
 @dataclass(frozen=True)
@@ -289,24 +285,6 @@ def read_report(output: str | Path) -> dict[str, object]:
 def stored_offset(report: dict) -> np.ndarray:
     """(3,) float64 about which the playback files of a report are stored."""
     return np.array(report.get("offset", (0.0, 0.0, 0.0)), dtype=np.float64)
-
-
-def versions() -> dict[str, str | None]:
-    """Of RefMesh, Python and the packages; None for one that is not there. Imports none of them."""
-    present: dict[str, str | None] = {"refmesh": _own_version(), "python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            present[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            present[package] = None
-    return present
-
-
-def _own_version() -> str | None:
-    try:
-        return tomllib.loads(_MANIFEST.read_text(encoding="utf-8"))["version"]
-    except (OSError, ValueError, KeyError):
-        return None
 
 
 def _sequence_entry(sequence: Sequence) -> dict[str, object]:

@@ -9,8 +9,9 @@ import scipy
 from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.core.evaluation.distances import Distances
 from refmesh_addon.core.settings import Settings
-from refmesh_addon.io.report import FrameReport, GroupReport, Report, read_report, versions
+from refmesh_addon.io.report import FrameReport, GroupReport, Report, read_report
 from refmesh_addon.io.sequence import Frame, Sequence
+from refmesh_addon.io.versions import versions
 
 SEQUENCE = Sequence("walk", (Frame(6, Path("/in/walk_06.obj")), Frame(8, Path("/in/walk_08.obj"))), gaps=(7,))
 GROUP = GroupReport(

@@ -5,7 +5,7 @@ Without this, a piece whose area is about the limit for flying pieces would come
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -37,14 +37,18 @@ def possible_surface(mesh: TriangleMesh, artifacts: Artifacts) -> TriangleMesh:
     return submesh(mesh, chosen)[0]
 
 
-def with_lasting_pieces(mesh: TriangleMesh, artifacts: Artifacts, beside: Sequence[TriangleMesh]) -> Artifacts:
+def with_lasting_pieces(mesh: TriangleMesh, artifacts: Artifacts, beside: Iterable[TriangleMesh]) -> Artifacts:
     """The artifacts of a frame without the doubtful pieces that all the frames beside it show.
 
-    artifacts : of the mesh by itself.  beside : the `possible_surface` of the frames before and after; without any, nothing lasts.
+    artifacts : of the mesh by itself.  beside : the `possible_surface` of the frames before and after, read only where a piece is
+    doubtful; without any, nothing lasts.
     """
-    near, shown = LONGEST * mean_edge_length(mesh), [SurfaceIndex(other) for other in beside]
-    lasting = np.zeros(len(mesh.triangles), dtype=bool)
-    for piece in doubtful_pieces(mesh, artifacts) if shown else ():
+    pieces = doubtful_pieces(mesh, artifacts)
+    shown = [SurfaceIndex(other) for other in beside] if pieces else []
+    if not shown:
+        return artifacts
+    near, lasting = LONGEST * mean_edge_length(mesh), np.zeros(len(mesh.triangles), dtype=bool)
+    for piece in pieces:
         points = mesh.vertices[np.unique(mesh.triangles[piece])]
         lasting[piece] = all(np.mean(index.query(points, near).triangles >= 0) >= COVERED for index in shown)
     return replace(artifacts, flying=artifacts.flying & ~lasting, frayed=artifacts.frayed | frayed(mesh, lasting))

@@ -10,6 +10,7 @@ from ..types import FrozenArrays, TriangleMesh
 from .texels import interpolated
 
 WHITE = np.full((1, 1, 3), 255, np.uint8)
+LUMA = np.array([0.299, 0.587, 0.114])  # of red, green and blue, ITU-R BT.601
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from scipy import sparse
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.cotangent import triangle_adjacency
 from ..types import FrozenArrays, TriangleMesh
-from .appearance import Appearance
+from .appearance import LUMA, Appearance
 from .bake import Capture, baked, placed
 from .drift import displaced, slid
 from .frame import oriented
@@ -21,7 +21,6 @@ from .layout import Layout
 from .optical_flow import flow_between
 from .texels import Texels
 
-LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
 SIZE = 1024  # texels along a side of the pictures that are compared
 SLIDES = 3  # each is found in a bake of the mesh as the one before has left it; further ones move vertices by less than a tenth of an edge
 # Mean difference of two pictures around a vertex, gray levels, below which they show the same. Noise of cameras and resampling
@@ -58,7 +57,7 @@ class AnchorPicture:
 
     def __init__(self, layout: Layout, anchor: View, size: int = SIZE):
         self._layout, self._texels = layout, Texels.of(layout, size)
-        self._blind = anchor.blind
+        self._blind, self._averaging = anchor.blind, _averaging(anchor.deformed)
         self._picture = self._baked(anchor.deformed, _capture(anchor))
 
     def without_drift(self, view: View) -> Slide:
@@ -102,9 +101,8 @@ class AnchorPicture:
         count = len(mesh.vertices)
         weight = np.bincount(corners, minlength=count).astype(float)
         total = np.bincount(corners, np.repeat(change, 3), count)
-        around = _averaging(mesh)
         for _ in range(ROUNDS):
-            total, weight = around @ total, around @ weight
+            total, weight = self._averaging @ total, self._averaging @ weight
         return np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), np.inf)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from .appearance import LUMA
 from .texels import Texels
 
-LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 NEIGHBORHOOD = 1 / 128  # of the texture's side, standard deviation within which sharpness is compared
 BLURRED, SHARP = 0.5, 0.9  # detail of the median as a share of the frames' own: below, the sharpest frame shows; above, the median does
 PREFERENCE = 1.25  # of the frame that is sharpest on the whole: another must be sharper by this to take its place, or views get mixed
@@ -51,7 +51,7 @@ def filled(colors: np.ndarray, seen: np.ndarray, steady: np.ndarray, steady_seen
 
 def _detail(texels: Texels, colors: np.ndarray) -> np.ndarray:
     """(N,) root mean square of the luma's gradient around each texel, gray levels per texel."""
-    luma = texels.image(colors @ LUMA)
+    luma = texels.image(colors @ LUMA.astype(np.float32))
     energy = sum(np.gradient(luma, axis=axis) ** 2 for axis in (0, 1))
     covered = np.zeros(luma.size, np.float32)
     covered[texels.pixels] = 1.0

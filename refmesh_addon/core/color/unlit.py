@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.vectors import TINY
 from ..types import FrozenArrays, TriangleMesh
-from .appearance import Appearance
+from .appearance import LUMA, Appearance
 from .raster import Fragments, rasterized
 from .texels import interpolated
 
@@ -21,7 +21,6 @@ PEAK = 255.0
 WINDOW = 1.5  # standard deviation of SSIM's window, pixels, and its two constants (Wang et al. 2004, section III.B)
 TRUNCATE = 3.5  # standard deviations that the window reaches
 C1, C2 = (0.01 * PEAK) ** 2, (0.03 * PEAK) ** 2
-LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
 
 
 @dataclass(frozen=True)

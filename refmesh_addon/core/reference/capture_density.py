@@ -6,7 +6,7 @@ have between the fingers of a hand, and loses the creases there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -14,10 +14,9 @@ from scipy.spatial import cKDTree
 
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import edge_lengths, triangle_areas
-from ..geometry.subdivision import split_edges
 from ..types import FrozenArrays, TriangleMesh
 from .group import ReferenceMesh
-from .refinement import halved_features
+from .refinement import largest, with_split_edges
 
 COARSE = 1.8  # edge lengths of the capture, of an edge that is split: such a capture has three times as many triangles there
 MOST = 0.1  # edges that are split, as a share of all: the finest surface first
@@ -55,12 +54,9 @@ def as_fine_as(density: CaptureDensity, reference: ReferenceMesh) -> ReferenceMe
     for _ in range(ROUNDS):
         table = HalfEdges.of(reference.mesh)
         sizes = edge_lengths(reference.mesh.vertices, table.edges) / density.at(reference.mesh.vertices[table.edges].mean(axis=1))
-        split = np.zeros(len(sizes), dtype=bool)
-        split[np.argsort(-sizes, kind="stable")[:budget]] = True
-        split &= sizes > COARSE
+        split = largest(np.where(sizes > COARSE, sizes, 0.0), budget)
         if not split.any():
             break
         budget -= int(split.sum())
-        features = halved_features(reference.features, table.edges[split], len(reference.mesh.vertices))
-        reference = replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
+        reference = with_split_edges(reference, table, split)
     return reference

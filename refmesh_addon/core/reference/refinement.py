@@ -52,14 +52,26 @@ def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame], rest: np.nd
     splits: list[np.ndarray] = []
     for _ in range(ROUNDS):
         table = HalfEdges.of(reference.mesh)
-        split = _longest(_stretched(table.edges, start, still, frames, splits), budget)
+        split = largest(_stretched(table.edges, start, still, frames, splits), budget)
         if not split.any():
             break
         budget -= int(split.sum())
         splits.append(table.edges[split])
-        features = halved_features(reference.features, table.edges[split], len(reference.mesh.vertices))
-        reference = replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
+        reference = with_split_edges(reference, table, split)
     return reference
+
+
+def with_split_edges(reference: ReferenceMesh, table: HalfEdges, split: np.ndarray) -> ReferenceMesh:
+    """The reference mesh with the edges marked in (E,) bool `split` divided in the middle, feature edges too.  table : of its mesh."""
+    features = _halved(reference.features, table.edges[split], len(reference.mesh.vertices))
+    return replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
+
+
+def largest(sizes: np.ndarray, count: int) -> np.ndarray:
+    """(E,) bool, the largest of (E,) sizes above 0, at most so many."""
+    result = np.zeros(len(sizes), dtype=bool)
+    result[np.argsort(-sizes, kind="stable")[:count]] = True
+    return result & (sizes > 0)
 
 
 def _stretched(
@@ -71,8 +83,8 @@ def _stretched(
     since, (S, 2) in each round.
     """
     at_rest = _sizes(edges, start, rest, splits)
-    largest = reduce(np.maximum, (_sizes(edges, start, frame, splits) for frame in frames))
-    return np.where((largest > LONGEST) & (largest > STRETCHED * at_rest), largest, 0.0)
+    there = reduce(np.maximum, (_sizes(edges, start, frame, splits) for frame in frames))
+    return np.where((there > LONGEST) & (there > STRETCHED * at_rest), there, 0.0)
 
 
 def _sizes(edges: np.ndarray, start: TriangleMesh, state: FittedFrame, splits: Sequence[np.ndarray]) -> np.ndarray:
@@ -89,14 +101,7 @@ def _with_middles(state: FittedFrame, edges: np.ndarray) -> FittedFrame:
     return FittedFrame(vertices, np.concatenate([state.visible, state.visible[edges].all(axis=1)]))
 
 
-def _longest(sizes: np.ndarray, count: int) -> np.ndarray:
-    """(E,) bool, the edges of the largest sizes above 0, at most so many."""
-    result = np.zeros(len(sizes), dtype=bool)
-    result[np.argsort(-sizes, kind="stable")[:count]] = True
-    return result & (sizes > 0)
-
-
-def halved_features(features: np.ndarray, split: np.ndarray, count: int) -> np.ndarray:
+def _halved(features: np.ndarray, split: np.ndarray, count: int) -> np.ndarray:
     """(K, 2) int32 feature edges with two in place of each that is split.
 
     split : (S, 2) edges in order, lower vertex first, whose new vertices have the numbers from `count` on.

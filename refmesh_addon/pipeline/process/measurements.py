@@ -24,7 +24,12 @@ def stage_times(spec: JobSpec) -> dict[str, StageTime]:
     """Of each stage of a job: as measured with its settings, else with other settings, else a rough share of a whole job."""
     known = _read()
     times = {stage: _stage_time(known, stage, spec) for stage in spec.timed_stages}
-    return {**times, COLOR: StageTime(0.0, measured=True)} if COLOR in times and spec.settings.color.texture == "off" else times
+    return without_color(times) if spec.settings.color.texture == "off" else times
+
+
+def without_color(times: dict[str, StageTime]) -> dict[str, StageTime]:
+    """The times of a job whose frames get no colors."""
+    return {**times, COLOR: StageTime(0.0, measured=True)} if COLOR in times else times
 
 
 def remember(spec: JobSpec, stage: str, taken: StageTime) -> None:

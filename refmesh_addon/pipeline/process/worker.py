@@ -19,12 +19,12 @@ from typing import TextIO
 from ...core.errors import Canceled, RefMeshError
 from ...io.files import atomic_file
 from ...io.sequence import Sequence
-from ..session.job import CACHE_FOLDER, COLOR, JobSpec
+from ..session.job import CACHE_FOLDER, JobSpec
 from ..session.job_input import job_sequence
 from .events import Event
 from .forecast import Forecast, StageTime
 from .lock import job_lock
-from .measurements import remember, stage_times
+from .measurements import remember, stage_times, without_color
 from .single_thread import SINGLE_THREAD
 
 LOG_NAME = "worker.log"
@@ -99,7 +99,8 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
         with job_lock(Path(spec.output) / CACHE_FOLDER, spec.output):
             from ..run import run  # late: numpy comes with it, and a package that is missing is reported below
 
-            reporter.forecast = Forecast(_without_color(times, sequence), len(sequence.frames), partial(remember, spec))
+            times = without_color(times) if _hardly_colored(sequence) else times
+            reporter.forecast = Forecast(times, len(sequence.frames), partial(remember, spec))
             run(spec, reporter.progress, reporter.warn, sequence=sequence, group_ready=reporter.group_ready)
             reporter.forecast.end()
     except Canceled:
@@ -117,14 +118,12 @@ def _outcome(spec: JobSpec, reporter: Reporter, times: dict[str, StageTime]) -> 
     return Event("done", share=1.0)
 
 
-def _without_color(times: dict[str, StageTime], sequence: Sequence) -> dict[str, StageTime]:
-    """The times with none for colors where frames can hardly have any: those of an OBJ file are in pictures beside it, as a rule."""
+def _hardly_colored(sequence: Sequence) -> bool:
+    """Whether the colors of an OBJ file, which are in pictures beside it as a rule, are not there."""
     from ...io.appearance import files_beside  # late, as numpy comes with it
 
     path = sequence.frames[0].path
-    if COLOR not in times or path.suffix.lower() != ".obj" or files_beside(path):
-        return times
-    return {**times, COLOR: StageTime(0.0, measured=True)}
+    return path.suffix.lower() == ".obj" and not files_beside(path)
 
 
 def _missing(error: ImportError, log: Path) -> str:

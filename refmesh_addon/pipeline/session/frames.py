@@ -13,7 +13,7 @@ from ...core.capture.bad_frames import BadFrame, BadFrameSearch
 from ...core.capture.cleaning import MeshStatistics
 from ...core.capture.depth_artifacts import Artifacts, depth_artifacts
 from ...core.capture.floaters import without_floaters
-from ...core.capture.lasting_pieces import doubtful_pieces, possible_surface, with_lasting_pieces
+from ...core.capture.lasting_pieces import possible_surface, with_lasting_pieces
 from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
 from ...core.capture.pieces import Pieces
@@ -153,11 +153,9 @@ class Frames:
         return self.take.surface(self.mesh(index), self.artifacts(index), index)
 
     def _artifacts(self, index: int) -> Artifacts:
-        alone, mesh = self._artifacts_alone(index), self.mesh(index)
-        if not doubtful_pieces(mesh, alone):
-            return alone
-        beside = [other for other in (index - 1, index + 1) if 0 <= other < len(self)]
-        return with_lasting_pieces(mesh, alone, [possible_surface(self.mesh(other), self._artifacts_alone(other)) for other in beside])
+        beside = (other for other in (index - 1, index + 1) if 0 <= other < len(self))
+        surfaces = (possible_surface(self.mesh(other), self._artifacts_alone(other)) for other in beside)
+        return with_lasting_pieces(self.mesh(index), self._artifacts_alone(index), surfaces)
 
     def _only(self, index: int, kind: Mapping[int, np.ndarray]) -> TriangleMesh:
         surface, chosen = self._chosen(index, kind)

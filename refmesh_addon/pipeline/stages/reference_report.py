@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import ChainMap
 from dataclasses import replace
 
 import numpy as np
@@ -37,8 +36,10 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
         _warn_of_left_out(context, entry)
         _warn_of_joined(context, tracking, references, group)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
-    arrays = [_center_arrays(tracking, group, references.centers[group.index]) for group in references.groups]
-    write_centers(context, tracking, dict(ChainMap(*reversed(arrays))), references.bodies)
+    arrays: dict[str, np.ndarray] = {}
+    for group in references.groups:
+        arrays |= _center_arrays(tracking, group, references.centers[group.index])
+    write_centers(context, tracking, arrays, references.bodies)
     report_transients(context, references.transients)
 
 

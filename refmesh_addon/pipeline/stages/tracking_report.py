@@ -21,12 +21,12 @@ def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> 
     for name in ("dfu", "lloyd_energy", "arap_energy"):
         context.report.tracking[name] = getattr(frames, name).tolist()
     context.report.tracking["center_spacing"] = spacing
-    jumps = frames.volume_jumps() if context.frames.take is None else {}
     born, retired = frames.born.tolist(), frames.retired.tolist()
     context.report.tracking |= {name: counts for name, counts in (("born", born), ("retired", retired)) if any(counts)}
+    if context.frames.take is not None:
+        return  # centers out of view lie outside, and come and go with what the camera sees
+    jumps = frames.volume_jumps()
     for index, (number, outside) in enumerate(zip(context.numbers, frames.outside.tolist(), strict=True)):
-        if context.frames.take is not None:
-            break  # centers out of view lie outside, and come and go with what the camera sees
         if born[index] or retired[index]:
             came = [f"a body has appeared: {born[index]} centers are born for it"] if born[index] else []
             left = [f"a body is missing: its {retired[index]} centers are retired"] if retired[index] else []
