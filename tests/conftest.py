@@ -1,13 +1,18 @@
 """Fixtures that every test folder may use."""
 
+import atexit
 import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-os.environ.setdefault("REFMESH_MEASUREMENTS", os.path.join(tempfile.mkdtemp(prefix="refmesh-"), "times.json"))  # not the user's own
+if "REFMESH_MEASUREMENTS" not in os.environ:  # not the user's own
+    MEASUREMENTS = tempfile.mkdtemp(prefix="refmesh-")
+    atexit.register(shutil.rmtree, MEASUREMENTS, ignore_errors=True)
+    os.environ["REFMESH_MEASUREMENTS"] = os.path.join(MEASUREMENTS, "times.json")
 ROOT = Path(__file__).resolve().parent.parent
 
 

@@ -16,12 +16,15 @@ import subprocess
 import sys
 import time
 import traceback
-from collections import defaultdict
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # Blender runs this file by its path
+from stopwatch import held, measure_ours, troubles
+from window import job, owner, press, view
 
 GIVEN, OUTPUT, *ZIP = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 FRAMES = OUTPUT / "frames"  # a copy of what was given, which moves with the scene
@@ -36,8 +39,6 @@ CHANGING = {
 PATIENCE = 300.0  # seconds for any one job
 PAUSE = 0.3  # seconds in which the window draws what was changed
 seen: dict[str, object] = {}
-troubles: set[str] = set()  # exceptions that left an operator or a panel of ours
-held: dict[str, float] = defaultdict(float)  # what of ours -> the longest time that it held the window, seconds
 
 
 def main() -> None:
@@ -91,34 +92,6 @@ def install() -> None:
         refmesh_addon.register()
     seen["installed"] = "run_all" in dir(bpy.ops.refmesh)
     seen["lacking"] = [name for name in ("numpy", "scipy", "trimesh", "tqdm") if find_spec(name) is None]
-
-
-def measure_ours() -> None:
-    """Every operator and panel of ours notes how long it holds the window."""
-    for name in dir(bpy.types):
-        cls = getattr(bpy.types, name)
-        if name.startswith("REFMESH_"):
-            for method in ("execute", "modal", "draw", "draw_header", "draw_header_preset"):
-                if hasattr(cls, method) and callable(getattr(cls, method)):
-                    setattr(cls, method, timed(f"{name}.{method}", getattr(cls, method)))
-
-
-def timed(name: str, function):
-    """Blender counts the arguments of a method, so the wrapper names as many."""
-
-    def measured(*arguments):
-        start = time.perf_counter()
-        try:
-            return function(*arguments)
-        except Exception:
-            troubles.add(f"{name}: {traceback.format_exc().splitlines()[-1]}")
-            raise
-        finally:
-            held[name] = max(held[name], time.perf_counter() - start)
-
-    if name.endswith(".modal"):
-        return lambda self, context, event: measured(self, context, event)
-    return lambda self, context: measured(self, context)
 
 
 def import_by_file_browser() -> Iterator[float | None]:
@@ -301,36 +274,12 @@ def allowed(name: str, arguments: dict) -> bool:
     return True
 
 
-def press(key: str, area: bpy.types.Area | bpy.types.Region) -> None:
-    """A key, with the mouse in the middle of the area or region."""
-    window = bpy.context.window_manager.windows[-1]
-    place = {"x": area.x + area.width // 2, "y": area.y + area.height // 2}
-    window.event_simulate(type="MOUSEMOVE", value="NOTHING", **place)
-    for value in ("PRESS", "RELEASE"):
-        window.event_simulate(type=key, value=value, **place)
-
-
 def until(condition) -> Iterator[float | None]:
     end = time.monotonic() + PATIENCE
     while not condition():
         if time.monotonic() > end:
             raise TimeoutError("waited too long")
         yield 0.1
-
-
-def owner() -> bpy.types.Object:
-    return next(iter(member for member in bpy.data.objects if member.refmesh.frames), None)
-
-
-def job() -> bpy.types.Operator | None:
-    operators = (operator for window in bpy.context.window_manager.windows for operator in window.modal_operators)
-    return next((operator for operator in operators if operator.bl_idname.startswith("REFMESH_OT_")), None)
-
-
-def view() -> dict:
-    window = bpy.context.window_manager.windows[0]
-    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
-    return {"window": window, "area": area, "region": next(region for region in area.regions if region.type == "WINDOW")}
 
 
 def picture(name: str) -> None:
