@@ -17,8 +17,10 @@ from ..latest import latest_only
 from ..reference.group import GroupCenters
 from ..reference.mapping import FrameMap
 from ..settings import DeformationSettings
+from ..surfacing.hole_caps import smoothly_capped
 from ..types import FrozenArrays, Keyed, TriangleMesh
 from .arap import ArapSolver
+from .cap_targets import CapTargets
 from .contact import behind_contact, possible_owners
 from .correspondence import Compatible, Correspondence
 from .facing import Facing
@@ -29,7 +31,7 @@ from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from .outliers import Surroundings, VisibleSource, without_outliers
 from .patches import PATCH_RADIUS, Patches, surface_patches
 from .presence import ABSENT, OUT_OF_VIEW, absent_bodies
-from .surface_fit import fit_surface
+from .surface_fit import NOTHING, Unpaired, fit_surface
 from .surface_samples import SurfaceSampler
 
 START_WEIGHT = 0.5  # pull of every vertex to where the centers carry it: key points are an edge or so off and must not win everywhere
@@ -48,6 +50,7 @@ class GroupReference(Keyed):
     is_open : whether frames enclose nothing, so that no point lies inside of them.
     is_view : whether frames are what a camera sees, so that surface without a source is out of view.
     features : (K, 2) edges of the mesh that follow the sharp edges and rims of the frames; None for none.
+    caps : (K,) vertices of the mesh that close holes of the frames; None for none.
     """
 
     key: str
@@ -58,6 +61,7 @@ class GroupReference(Keyed):
     is_open: bool = False
     is_view: bool = False
     features: np.ndarray | None = None
+    caps: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ class ReferenceDeformer:
     def __init__(self, reference: GroupReference):
         self._mesh, self._group, self._settings, self._mapping = reference.mesh, reference.centers, reference.settings, reference.mapping
         self._is_open, self._enclosed_by = reference.is_open, nothing_enclosed_by if reference.is_open else enclosed_by
-        self._features, self._is_view = reference.features, reference.is_view
+        self._features, self._caps, self._is_view = reference.features, reference.caps, reference.is_view
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
@@ -146,8 +150,8 @@ class ReferenceDeformer:
         source, enclosed = SurfaceIndex(mesh), self._enclosed_by(mesh)
         compatible = self._compatible_pairs(owners, possible_owners(mesh, centers, self._group.spacing))
         correspondence = Correspondence(source, self._sampler, compatible, enclosed, self._is_open)
-        lines = self._lines(mesh, compatible)
-        fitted = fit_surface(self._solver, pose.vertices, correspondence, self._settings.fit_rounds, features=lines)
+        unpaired = self._unpaired(mesh, compatible)
+        fitted = fit_surface(self._solver, pose.vertices, correspondence, self._settings.fit_rounds, unpaired=unpaired)
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)
         unseen = hidden(fitted.vertices) | self._out_of_view(fitted.held)
@@ -177,11 +181,14 @@ class ReferenceDeformer:
         around = Surroundings.of(self._solver.energy.adjacency, self._length, held)
         return around.covered if self._is_view else np.zeros_like(held)
 
-    def _lines(self, mesh: TriangleMesh, compatible: Compatible) -> FeatureTargets | None:
-        """The feature lines of a frame, where the reference mesh has any."""
-        if self._features is None or not len(self._features):
-            return None
-        return FeatureTargets(self._features, mesh, self._length, compatible)
+    def _unpaired(self, mesh: TriangleMesh, compatible: Compatible) -> Unpaired:
+        """The feature lines and the caps of a frame, where the reference mesh has any."""
+        features, caps = (None if some is None or not len(some) else some for some in (self._features, self._caps))
+        if features is None and caps is None:
+            return NOTHING
+        capped = smoothly_capped(mesh)
+        lines = None if features is None else FeatureTargets(features, capped, self._length, compatible)
+        return Unpaired(lines, None if caps is None else CapTargets(caps, self._solver.energy.adjacency, capped))
 
     def _keypoints_of(self, mesh: TriangleMesh) -> np.ndarray:
         return find_keypoints(mesh, self._length, KeypointSettings() if self._search.guided else PUBLISHED_KEYPOINTS)

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..geometry.feature_lines import feature_edges, line_corners, line_samples
 from ..geometry.vectors import normalized
-from ..surfacing.hole_caps import smoothly_capped
+from ..surfacing.hole_caps import CappedMesh
 from ..types import TriangleMesh
 from .correspondence import Compatible
 
@@ -24,20 +24,20 @@ CANDIDATES = 48  # of these that are tried for a vertex, so that another line cl
 class FeatureTargets:
     """The lines of one frame, as targets for the feature edges of a reference mesh."""
 
-    def __init__(self, features: np.ndarray, mesh: TriangleMesh, length: float, compatible: Compatible | None = None):
-        """features : (K, 2) edges of the reference mesh.  mesh : the frame; the rims of its holes are lines as well.
+    def __init__(self, features: np.ndarray, frame: CappedMesh, length: float, compatible: Compatible | None = None):
+        """features : (K, 2) edges of the reference mesh.  frame : with its holes capped; their rims are lines as well.
 
         length : mean edge length of the reference mesh, scene units.  compatible : of its vertices and the frame's triangles.
         """
-        closed = smoothly_capped(mesh).mesh
+        closed, captured = frame.mesh, np.count_nonzero(frame.holes < 0)
         lines = feature_edges(closed)
         triangles = lines.triangles.min(axis=1)  # those of the capture come before those of caps
-        edges = lines.edges[triangles < len(mesh.triangles)]
+        edges = lines.edges[triangles < captured]
         self._length, self._compatible = length, compatible
         self._vertices, places = np.unique(features, return_inverse=True)
         self._places = places.reshape(-1, 2)
         self._is_junction = np.bincount(places.ravel(), minlength=len(self._vertices)) > 2
-        self._segments, self._triangles = closed.vertices[edges], triangles[triangles < len(mesh.triangles)]
+        self._segments, self._triangles = closed.vertices[edges], triangles[triangles < captured]
         self._directions = normalized(self._segments[:, 1] - self._segments[:, 0])
         junctions, bends = line_corners(closed.vertices, edges)
         self._junctions, self._bends = closed.vertices[junctions], closed.vertices[bends]

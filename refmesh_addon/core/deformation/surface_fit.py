@@ -20,6 +20,7 @@ from ..reference.budget import DENSE_TRIANGLES
 from ..types import FrozenArrays, TriangleMesh
 from .arap import ArapSolver
 from .arap_system import Constraints, Start, Targets
+from .cap_targets import CapTargets
 from .correspondence import Correspondence, Pairs
 from .feature_targets import FeatureTargets
 from .folds import Facing
@@ -60,6 +61,20 @@ class FitResult(FrozenArrays):
 
 
 @dataclass(frozen=True)
+class Unpaired:
+    """Targets in a frame of what closest points leave to chance.
+
+    lines : that must stay lines.  caps : that close holes; None for none of either.
+    """
+
+    lines: FeatureTargets | None = None
+    caps: CapTargets | None = None
+
+
+NOTHING = Unpaired()
+
+
+@dataclass(frozen=True)
 class _Round:
     """limits : of its pairs.  pull : weight of a pair.  planes : whether pairs pull to planes.  inset : scene units."""
 
@@ -75,12 +90,12 @@ def fit_surface(
     correspondence: Correspondence,
     rounds: int = 6,
     progress: Progress = ignore,
-    features: FeatureTargets | None = None,
+    unpaired: Unpaired = NOTHING,
 ) -> FitResult:
     """The deformation near `start` that lies on the source.
 
     start : (R, 3) deformed reference, scene units, off the source by a few edge lengths at most.
-    correspondence : of the source with the solver's mesh.  rounds : 0 returns the start.  features : lines that must stay lines.
+    correspondence : of the source with the solver's mesh.  rounds : 0 returns the start.  unpaired : targets of lines and caps.
     Raises ValueError where start does not match the solver's mesh.
 
     >>> from refmesh_addon.core.deformation.correspondence import SurfaceIndex, SurfaceSampler
@@ -90,7 +105,7 @@ def fit_surface(
     >>> fit.vertices[:, 2].round(3)
     array([0.01, 0.01, 0.01, 0.01])
     """
-    fit, residuals = _Fit(solver, solver.mesh.moved(np.asarray(start, dtype=np.float64)), correspondence, features), np.zeros(rounds)
+    fit, residuals = _Fit(solver, solver.mesh.moved(np.asarray(start, dtype=np.float64)), correspondence, unpaired), np.zeros(rounds)
     for number, setting in enumerate(_schedule(fit.mesh, rounds)):
         residuals[number] = fit.advance(setting)
         progress((number + 1) / rounds)
@@ -114,9 +129,9 @@ class _Fit:
     mesh, rotations : at present.  trust : (R,) share of its pull that a vertex has.  touched : (R,) bool, in a pair of the last round.
     """
 
-    def __init__(self, solver: ArapSolver, start: TriangleMesh, correspondence: Correspondence, features: FeatureTargets | None):
+    def __init__(self, solver: ArapSolver, start: TriangleMesh, correspondence: Correspondence, unpaired: Unpaired):
         count = len(start.vertices)
-        self._solver, self._correspondence, self._features = solver, correspondence, features
+        self._solver, self._correspondence, self._unpaired = solver, correspondence, unpaired
         self._start, self._rest = start, solver.energy.rest_shape(start.vertices)
         self.mesh, self.rotations = start, np.tile(np.eye(3), (count, 1, 1))  # the start is the rest shape
         self.trust, self.touched = np.ones(count), np.zeros(count, dtype=bool)
@@ -144,21 +159,26 @@ class _Fit:
 
     def _solve(self, pairs: Pairs, weights: np.ndarray, setting: _Round) -> None:
         """One ARAP iteration."""
-        rows = pairs.rows(len(self.trust))
+        count = len(self.trust)
+        touched = np.zeros(count, dtype=bool)
+        touched[pairs.rows(count).indices] = True
+        if self._unpaired.caps is not None and setting.planes:
+            caps = self._unpaired.caps.pairs(self.mesh, setting.limits)
+            pairs, weights = pairs.joined(caps), np.append(weights, (setting.pull * self.trust)[caps.corners[:, 0]] * caps.weights)
+        rows = pairs.rows(count)
         fixed, goals = self._lines(setting)
         targets = Targets(pairs.targets, goals, normals=pairs.normals if setting.planes else None, plane_steps=PLANE_STEPS)
         system = self._solver.system(Constraints(rows, weights, fixed))
         deformation = system.solve(targets, Start(self.mesh.vertices, self.rotations), 1, rest=self._rest)
         self.mesh, self.rotations = self.mesh.moved(deformation.vertices), deformation.rotations
-        self.touched = np.zeros(len(self.trust), dtype=bool)
-        self.touched[rows.indices] = True
-        self.touched[fixed] = True
+        touched[fixed] = True
+        self.touched = touched
 
     def _lines(self, setting: _Round) -> tuple[np.ndarray, np.ndarray]:
         """Vertices that go to the lines of the source exactly, and where: in the later rounds, those that are not at a fold."""
-        if self._features is None or not setting.planes:
+        if self._unpaired.lines is None or not setting.planes:
             return np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-        vertices, goals = self._features.goals(self.mesh)
+        vertices, goals = self._unpaired.lines.goals(self.mesh)
         trusted = self.trust[vertices] == 1.0
         return vertices[trusted], goals[trusted]
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import cKDTree
 
 from ..errors import RefMeshError
 from ..geometry.clustering import clustered
@@ -78,10 +79,14 @@ class AlignedFrame(FrozenArrays):
 
 @dataclass(frozen=True)
 class GroupSurface(FrozenArrays):
-    """What the frames of a group show, in reference positions.  points, normals : (P, 3).  features : lines that they share."""
+    """What the frames of a group show, in reference positions.
+
+    points, normals : (P, 3).  on_cap : (P,) bool, over holes of the anchor frame.  features : lines that they share.
+    """
 
     points: Annotated[np.ndarray, "(P, 3) float64"]
     normals: Annotated[np.ndarray, "(P, 3) float64"]
+    on_cap: Annotated[np.ndarray, "(P) bool"]
     features: FrameFeatures
 
 
@@ -89,12 +94,13 @@ class GroupSurface(FrozenArrays):
 class ReferenceMesh(FrozenArrays):
     """The reference mesh of a group.  self_intersections : triangles that cross another one.
 
-    features : (K, 2) edges of the mesh on the sharp edges and rims of the capture.
+    features : (K, 2) edges of the mesh on the sharp edges and rims of the capture.  caps : (N,) vertices over its holes.
     """
 
     mesh: TriangleMesh
     self_intersections: int
     features: Annotated[np.ndarray, "(K, 2) int32"] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
+    caps: Annotated[np.ndarray, "(N) int32"] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
 
 
 def place_centers(
@@ -181,16 +187,19 @@ def group_surface(frames: Iterable[AlignedFrame], anchor: int, lines: FrameFeatu
         if index != anchor:
             shared.add(frame.features)
     surfaces = counting(surfaces, anchor)
-    points, normals = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals"))
-    return GroupSurface(points, normals, shared.lines)
+    points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
+    return GroupSurface(points, normals, on_cap, shared.lines)
 
 
-def with_features(reference: ReferenceMesh, features: FrameFeatures) -> ReferenceMesh:
-    """The reference mesh with edges along the features of its group."""
-    if not len(features.edges):
+def with_features(reference: ReferenceMesh, surface: GroupSurface) -> ReferenceMesh:
+    """The reference mesh with edges along the features of its group, and with its caps."""
+    if len(surface.features.edges):
+        laid = with_feature_edges(reference.mesh, surface.features.mesh, surface.features.edges)
+        reference = ReferenceMesh(laid.mesh, laid.crossing, laid.features)
+    if not surface.on_cap.any():
         return reference
-    laid = with_feature_edges(reference.mesh, features.mesh, features.edges)
-    return ReferenceMesh(laid.mesh, laid.crossing, laid.features)
+    nearest = cKDTree(surface.points).query(reference.mesh.vertices)[1]
+    return replace(reference, caps=np.flatnonzero(surface.on_cap[nearest]).astype(np.int32))
 
 
 def build_reference(

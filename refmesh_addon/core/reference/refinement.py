@@ -63,8 +63,10 @@ def refined(reference: ReferenceMesh, frames: Iterable[FittedFrame], rest: np.nd
 
 def with_split_edges(reference: ReferenceMesh, table: HalfEdges, split: np.ndarray) -> ReferenceMesh:
     """The reference mesh with the edges marked in (E,) bool `split` divided in the middle, feature edges too.  table : of its mesh."""
-    features = _halved(reference.features, table.edges[split], len(reference.mesh.vertices))
-    return replace(reference, mesh=split_edges(reference.mesh, table, split), features=features)
+    edges, count = table.edges[split], len(reference.mesh.vertices)
+    on_cap = np.flatnonzero(np.isin(edges, reference.caps).all(axis=1))
+    caps = np.append(reference.caps, count + on_cap).astype(np.int32)
+    return replace(reference, mesh=split_edges(reference.mesh, table, split), features=_halved(reference.features, edges, count), caps=caps)
 
 
 def largest(sizes: np.ndarray, count: int) -> np.ndarray:

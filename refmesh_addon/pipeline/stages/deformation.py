@@ -29,7 +29,7 @@ from .reference import References
 from .tracking_result import TrackingResult
 from .transients import GroupTransients
 
-DEFORMATION_SCHEMA = 14
+DEFORMATION_SCHEMA = 15
 SMOOTHING_SCHEMA = 3
 VIEW_SCHEMA = 2  # of what is done differently for open takes
 BLOCK = 10  # frames of a run that are smoothed together; the first has a multiple of it as index, wherever the run begins
@@ -255,7 +255,7 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
     def arguments() -> tuple:
         reference, centers = references.meshes[group.index], references.centers[group.index]
         mapping, is_open, is_view = context.settings.reference.mapping, context.frames.kind == OPEN, context.frames.take is not None
-        shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, is_view, reference.features)
+        shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, is_view, reference.features, reference.caps)
         targets = references.aligned[group.index, frame].targets
         return shared, targets, context.frames.surface(frame), tracking.centers_in((group.source[0], frame))[1]
 

@@ -41,5 +41,5 @@ def build_with(
     density : of the capture, where the mesh gets more triangles than requested to be as fine; None where it does not.
     """
     reference = build_reference(surface.points, surface.normals, spacing, triangles, depth, RECONSTRUCTIONS[name])
-    reference = with_features(reference, surface.features)
+    reference = with_features(reference, surface)
     return reference if density is None else as_fine_as(density, reference)

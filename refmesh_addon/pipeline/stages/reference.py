@@ -42,7 +42,7 @@ from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
-REFERENCE_SCHEMA = 17
+REFERENCE_SCHEMA = 18
 OPEN_REFERENCE_SCHEMA = 2  # of what is done differently for open takes
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.

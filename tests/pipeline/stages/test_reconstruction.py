@@ -17,7 +17,8 @@ from ..running import finish, report
 
 
 def surface(points, normals):
-    return GroupSurface(points, normals, FrameFeatures(TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3))), np.zeros((0, 2), dtype=np.int32)))
+    no_lines = FrameFeatures(TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3))), np.zeros((0, 2), dtype=np.int32))
+    return GroupSurface(points, normals, np.zeros(len(points), dtype=bool), no_lines)
 
 
 
