@@ -13,7 +13,7 @@ from ...core.capture.bad_frames import BadFrame, BadFrameSearch
 from ...core.capture.cleaning import MeshStatistics
 from ...core.capture.depth_artifacts import Artifacts, depth_artifacts
 from ...core.capture.floaters import without_floaters
-from ...core.capture.lasting_pieces import possible_surface, with_lasting_pieces
+from ...core.capture.lasting_pieces import WINDOW, possible_surface, with_lasting_pieces
 from ...core.capture.open_take import open_take
 from ...core.capture.openness import CLOSED, DESCRIPTIONS, openness, surface_kind, take_kind
 from ...core.capture.pieces import Pieces
@@ -33,7 +33,7 @@ from .session import Session
 from .stage_share import StageShare
 
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbor and the anchor; a long take never fills the memory
-OPEN_SCHEMA = 2  # of how the surfaces of open takes are cleaned and given a volume
+OPEN_SCHEMA = 3  # of how the surfaces of open takes are cleaned and given a volume
 LARGEST_SCALE_JUMP = 5.0  # between a frame's bounding-box diagonal and the median; bodies that come and go stay below
 
 
@@ -102,10 +102,13 @@ class Frames:
         for index, pieces in self.transients.items():
             self.keys[index] = digest(self.keys[index], pieces.tolist())
         if self.take is not None:
-            # With the frames beside each, which tell what lasts.
-            around = [self.keys[max(index - 1, 0) : index + 2] for index in range(len(self.keys))]
+            # With the frames around each, which tell what lasts.
+            around = [self.keys[max(index - WINDOW, 0) : index + WINDOW + 1] for index in range(len(self.keys))]
             self.keys = [digest(OPEN_SCHEMA, key, self.take.facts_of(index), around[index]) for index, key in enumerate(self.keys)]
         self._artifacts_alone = lru_cache(maxsize=FRAMES_IN_MEMORY)(lambda index: depth_artifacts(self.mesh(index)))
+        self._possible_surface = lru_cache(maxsize=2 * WINDOW + 1)(
+            lambda index: possible_surface(self.mesh(index), self._artifacts_alone(index))
+        )
         self.artifacts = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._artifacts)
         self.surface = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._surface)
         self.capped = lru_cache(maxsize=FRAMES_IN_MEMORY)(self._capped)
@@ -153,9 +156,9 @@ class Frames:
         return self.take.surface(self.mesh(index), self.artifacts(index), index)
 
     def _artifacts(self, index: int) -> Artifacts:
-        beside = (other for other in (index - 1, index + 1) if 0 <= other < len(self))
-        surfaces = (possible_surface(self.mesh(other), self._artifacts_alone(other)) for other in beside)
-        return with_lasting_pieces(self.mesh(index), self._artifacts_alone(index), surfaces)
+        others = (other for other in range(index - WINDOW, index + WINDOW + 1) if other != index and 0 <= other < len(self))
+        around = ((other - index, self._possible_surface(other)) for other in others)
+        return with_lasting_pieces(self.mesh(index), self._artifacts_alone(index), self._possible_surface(index), around)
 
     def _only(self, index: int, kind: Mapping[int, np.ndarray]) -> TriangleMesh:
         surface, chosen = self._chosen(index, kind)
