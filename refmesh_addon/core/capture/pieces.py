@@ -71,7 +71,7 @@ def continuing(before: Pieces, after: Pieces) -> np.ndarray:
     leaving, coming = np.flatnonzero(~linked.any(axis=1)), np.flatnonzero(~linked.any(axis=0))
     for i in leaving[np.argsort(-before.areas[leaving], kind="stable")]:
         free = coming[~linked[:, coming].any(axis=0)]
-        like = free[_alike(before, i, after, free)]
+        like = free[alike(before, i, after, free)]
         if len(like):
             linked[i, like[np.argmin(np.abs(np.log(after.areas[like] / before.areas[i])))]] = True
     leaving, coming = ~linked.any(axis=1), ~linked.any(axis=0)
@@ -108,7 +108,7 @@ def _near(pieces: Pieces, others: Pieces) -> np.ndarray:
     return result
 
 
-def _alike(before: Pieces, i: int, after: Pieces, candidates: np.ndarray) -> np.ndarray:
+def alike(before: Pieces, i: int, after: Pieces, candidates: np.ndarray) -> np.ndarray:
     """(N,) bool, which of the candidates have about the area and the volume of piece i."""
     areas = np.abs(np.log(after.areas[candidates] / before.areas[i])) <= np.log(ALIKE)
     tiny = np.finfo(float).tiny

@@ -98,7 +98,7 @@ class Context(Session):
     @cached_property
     def cuts(self) -> tuple[int, ...]:
         """Indices of the frames that no mesh may share with the frame before."""
-        after = () if self.left_out.bridged else {bad.after for bad in self.left_out.frames}
+        after = () if self.left_out.bridged else {bad.after for bad in self.left_out.frames if bad.before != bad.after}
         return tuple(sorted(self.numbers.index(number) for number in after))
 
     @contextmanager

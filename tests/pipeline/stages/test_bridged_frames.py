@@ -10,8 +10,11 @@ from refmesh_addon.core.errors import RefMeshError
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.io.meshes import read_mesh
 from refmesh_addon.io.pc2 import read_pc2
+from refmesh_addon.io.ply import write_ply
 from refmesh_addon.pipeline.session.job import CHECK, JobSpec
 from refmesh_addon.pipeline.stages.check import check_sequence
+from sample_scenes.generators.shapes import ball, capsule, union
+from sample_scenes.generators.surface import iso_surface
 
 from ..running import cache_entries, finish, report, shared_workers
 
@@ -116,3 +119,21 @@ def test_missing_frames_are_bridged_as_well(flickering, bridged, tmp_path):
     assert report(tmp_path)["bad_frames"] == []
     played, expected = (np.stack(list(read_pc2(output / report(output)["groups"][0]["playback"]))) for output in (tmp_path, bridged[0]))
     np.testing.assert_array_equal(played, expected)
+
+
+@pytest.mark.parametrize("mode", ["bridge", "cut"])
+def test_a_first_frame_without_a_limb_holds_the_next_one(tmp_path, mode):
+    arm = lambda number: capsule((0.05 * number, 0, 0), (0.05 * number + 1.2, 0, 0), 0.25)
+    for number in range(1, 6):
+        solid = union(ball((0.05 * number, 0, 0), 0.7), *([arm(number)] if number > 1 else []))
+        write_ply(tmp_path / f"in_{number}.ply", iso_surface(solid, np.zeros(3), 2.2, 0.2, np.random.default_rng(number)))
+    warnings = finish(tmp_path, tmp_path / "out", until="deformation", bad_frames=mode, centers=60, triangles=500, **SEGMENTS)
+    (line,) = [line for line in warnings if line.startswith("frame 1: ")]
+    assert "of the surface is missing" in line and "left out, and frame 2 is held" in line
+    (entry,) = report(tmp_path / "out")["bad_frames"]
+    assert (entry["frame"], entry["before"], entry["after"], entry["bridged"]) == (1, 2, 2, False)
+    first, second = (read_mesh(tmp_path / f"out/deformed/frame_{number:04d}.ply").vertices for number in (1, 2))
+    np.testing.assert_array_equal(first, second)
+    (group,) = report(tmp_path / "out")["groups"]
+    assert group["frames"] == [2, 3, 4, 5]
+    assert [frame["number"] for frame in report(tmp_path / "out")["frames"]] == [1, 2, 3, 4, 5]
