@@ -1,8 +1,9 @@
 """Bodies that touch in most frames, told apart by frames whose surface falls into several pieces.
 
 Centers on both sides of a gap narrower than their spacing keep their affinity, and one surface reconstructed for both has a neck across
-the gap. But matter that is one body never has a gap in it. A capture that has lost a wrist has one, so a gap counts only where what
-joins its sides in the frame before or after it is a contact that is just closing: much narrower than what lies on either side of it.
+the gap. But matter that is one body never has a gap in it. A capture that has lost a wrist has one, so a gap counts only where all
+frames show it, or where what joins its sides in the frame before or after it is a contact that is just closing: much narrower than what
+lies on either side of it.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ..capture.pieces import LARGE
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import vertex_components
 from ..geometry.voxels import fill, grid_of
+from ..geometry.winding import Winding
 from ..types import TriangleMesh
 
 LEAST_CENTERS = 40  # of a piece or a part that shows a body, and at least its share LARGE
@@ -26,6 +28,7 @@ DEEP = 2.0  # s, how far from a contact what lies on either side of it is measur
 # Least volume there on either side, in prisms over the contact: limbs have about one on their own side, a head on a thin neck has 1.7,
 # a ball that begins to rest on a box 2 to 10.
 NARROW = 2.0
+SHARED = 0.01  # share of the centers that may lie in two pieces at once where captured teeth dig into each other
 
 
 @dataclass(frozen=True)
@@ -87,13 +90,21 @@ def _sides(piece: np.ndarray, least: float) -> np.ndarray | None:
 def _opening(positions: np.ndarray, spacing: float, sides: dict[int, np.ndarray], body: Callable[[int], TriangleMesh]) -> list[int]:
     """Rows of consecutive frames in which a contact is open; none where no contact opens.
 
+    Where no frame shows anything between the sides, as between gears with clearance, nothing can be a torn limb.
     positions : (F, C, 3) of one body.  sides : by row, of the frames with gaps.
     """
+    if len(sides) == len(positions):
+        return [] if any(_overlap(body(row), positions[row]) for row in (0, len(positions) - 1)) else sorted(sides)
     for run in _runs(list(sides)):
         for row, beside in ((run[0], run[0] - 1), (run[-1], run[-1] + 1)):
             if 0 <= beside < len(positions) and _is_narrow(body(beside), positions[beside], sides[row], spacing):
                 return run
     return []
+
+
+def _overlap(body: TriangleMesh, centers: np.ndarray) -> bool:
+    """Whether pieces of a surface lie in each other, as clothes on a body do, so that there is no gap.  centers : (C, 3) inside."""
+    return bool(np.mean(Winding(body).of(centers) > 1) > SHARED)
 
 
 def _runs(rows: list[int]) -> Iterator[list[int]]:

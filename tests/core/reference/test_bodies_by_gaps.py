@@ -12,6 +12,8 @@ from refmesh_addon.core.types import TriangleMesh
 from sample_scenes.generators.shapes import ball, block, capsule, union
 from sample_scenes.generators.surface import iso_surface
 
+from ..shapes import joined
+
 STEP = 0.1
 FLOOR = block((0, 0, -0.3), (0.6, 0.6, 0.3), 0.05)
 HEIGHTS = (0.42, 0.5, 0.56, 0.57, 0.47)  # of a ball of radius 0.5 above a box: pressed into it in all frames but two
@@ -19,6 +21,7 @@ THIGH, SHIN = capsule((-1.0, 0, 0), (0, 0, 0), 0.24), capsule((0, 0, 0), (1.0, 0
 
 
 TORN = union(capsule((-1.0, 0, 0), (-0.4, 0, 0), 0.24), capsule((0.3, 0, 0), (1.0, 0, 0), 0.2))
+GAP = union(block((-0.53, 0, 0), (0.5, 0.24, 0.24), 0.05), block((0.53, 0, 0), (0.5, 0.2, 0.2), 0.05))  # narrower than centers resolve
 
 
 @cache
@@ -59,6 +62,22 @@ def test_a_leg_without_a_knee_in_one_frame_stays_whole():
     leg = filled(union(THIGH, SHIN))
     assert vertex_components(mesh_of("leg", 1))[0] == 2
     assert not found(np.stack([leg] * 3), "leg", [1]).bodies.any()
+
+
+def test_bodies_that_no_frame_joins_are_two_however_narrow_the_gap():
+    leg = filled(union(THIGH, SHIN))
+    gap = lambda row: iso_surface(GAP, np.zeros(3), 1.6, 0.05, np.random.default_rng(row))
+    known = np.zeros(len(leg), dtype=int)
+    result = bodies_by_gaps(np.stack([leg] * 3), STEP, known, range(3), gap)
+    assert_array_equal(result.bodies != result.bodies[0], leg[:, 0] > 0)
+    assert_array_equal(result.rows, [[0, 2]] * 2)
+
+
+def test_a_layer_over_a_body_has_no_gap():
+    solids = [capsule((-1.0, 0, 0), (1.0, 0, 0), radius) for radius in (0.3, 0.4)]
+    both = joined(*(iso_surface(solid, np.zeros(3), 1.6, 0.06, np.random.default_rng(0)) for solid in solids))
+    inside = filled(solids[1])
+    assert not bodies_by_gaps(np.stack([inside] * 2), STEP, np.zeros(len(inside), dtype=int), range(2), lambda row: both).bodies.any()
 
 
 def test_bodies_that_are_known_are_not_divided_and_scale_and_place_change_nothing():
