@@ -1,9 +1,10 @@
 """One mesh for a whole take: how many meshes it needs, how near they stay, and how far vertices drift, beside a mesh for each group.
 
-    python -m benchmarks.segments [--cases walk gears] [--frames 121] [--modes groups long] [--set name=value] [--keep FOLDER]
+    python -m benchmarks.segments [--cases walk gears] [--frames 121] [--modes groups long] [--one-camera]
+        [--set name=value] [--keep FOLDER]
 
-The whole job on long synthetic takes, with few centers and triangles so that it is affordable. Drift is judged in the frames of a run that
-are farthest from its anchor frame in time, in mean edge lengths, against the closed-form motion.
+The whole job on long synthetic takes, with few centers and triangles so that it is affordable. Drift is judged in the frames of a run
+that are farthest from its anchor frame in time, in mean edge lengths, against the closed-form motion; of what one camera sees, in all.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from refmesh_addon.pipeline.session.job import JobSpec
 
 from .common import assignment
 from .drift import Take, takes
-from .frames import CACHE, frames_folder
+from .frames import CACHE, frames_folder, one_camera_folder
+from .one_camera import visible_drift
 from .trajectories import CASES, Case
 
 # Limbs, bending, twisting, a turn of the whole body, contact, bodies against each other.
@@ -55,13 +57,25 @@ def distances(report: dict) -> dict[str, float]:
     }
 
 
-def measured(name: str, count: int, settings: Settings, cache: Path, keep: Path | None = None) -> dict[str, float]:
-    """Runs one case and judges it.  keep : folder for its results, with which an interrupted run goes on."""
-    case, source = Case.named(name, count, cache), frames_folder(CASES[name][0], count, cache)
+def drift_in_view(case: Case, output: Path, report: dict) -> dict[str, float]:
+    """The median and the 95th percentile in all frames, and the share of the meshes that is out of view."""
+    drift = visible_drift(case, output, report)
+    unseen = 100 * np.mean([frame["unseen"] for frame in report["frames"]])
+    return {"drift_median": np.median(drift), "drift_p95": np.quantile(drift, 0.95), "unseen": unseen}
+
+
+def measured(name: str, count: int, settings: Settings, folders: tuple[Path, Path | None], one_camera: bool = False) -> dict[str, float]:
+    """Runs one case and judges it.
+
+    folders : for generated frames, and for the results, with which an interrupted run goes on.  one_camera : whether one camera sees it.
+    """
+    cache, keep = folders
+    case, source = Case.named(name, count, cache), (one_camera_folder if one_camera else frames_folder)(CASES[name][0], count, cache)
     with nullcontext(str(keep)) if keep else tempfile.TemporaryDirectory() as output:
         run(JobSpec(str(source), output, settings=settings), lambda *_: None, lambda line: print(line, file=sys.stderr))
         report = read_report(output)
-        result = distances(report) | drift_at_the_ends(takes(case, Path(output)))
+        at = Path(output)
+        result = distances(report) | (drift_in_view(case, at, report) if one_camera else drift_at_the_ends(takes(case, at)))
     for group in report["groups"]:
         print(f"  frames {group['frames'][0]} to {group['frames'][-1]}: {group['reason']}", file=sys.stderr)
     return {key: round(float(value), 4) for key, value in result.items()} | {"seconds": round(sum(report["seconds"].values()), 1)}
@@ -74,6 +88,7 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", default=list(LONG_TAKES), choices=forwards, metavar="CASE")
     parser.add_argument("--frames", type=int, default=121, help="from time 0 to 1 (default: %(default)s)")
     parser.add_argument("--modes", nargs="+", default=["groups", "long"], choices=["groups", "long"], help="as --segments takes them")
+    parser.add_argument("--one-camera", action="store_true", help="as one virtual depth camera sees them")
     to_setting = assignment(flat_fields())
     parser.add_argument("--set", action="append", default=[], type=to_setting, metavar="NAME=VALUE", help="any setting of the job")
     parser.add_argument("--cache", type=Path, default=CACHE, help="folder for generated frames")
@@ -84,7 +99,8 @@ def main() -> None:
         for mode in arguments.modes:
             settings = Settings.from_flat({**AFFORDABLE, "segments": mode, **dict(arguments.set)})
             keep = arguments.keep and arguments.keep / f"{name}-{arguments.frames}-{mode}"
-            row = results[f"{name} {mode}"] = measured(name, arguments.frames, settings, arguments.cache, keep)
+            row = measured(name, arguments.frames, settings, (arguments.cache, keep), arguments.one_camera)
+            results[f"{name} {mode}"] = row
             print(f"{name:8} {mode:7}", *(f"{key} {value:g}" for key, value in row.items()), sep="  ", flush=True)
     print(json.dumps({"benchmark": "segments", "frames": arguments.frames, "settings": AFFORDABLE, "results": results}))
 

@@ -66,7 +66,7 @@ class TrackingSettings(StageSettings):
     )
     global_rounds: int = option(
         0,
-        "Rounds that optimize all frames together after forward tracking: more uniform and more stable, but slower",
+        "Rounds that optimize all frames together after forward tracking: more uniform and stable, but slower; open captures have none",
         low=0,
         high=10,
     )

@@ -1,6 +1,7 @@
 """Takes of one camera from their frames to the results."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -50,11 +51,11 @@ def run(take, tmp_path_factory):
     return output, finish(take, output, **OPEN_RUN)
 
 
-def test_only_distances_count_when_runs_are_reviewed():
-    figures = FrameFigures(mean=1e-4, p99=1e-3, flipped=0.01, overstretched=0.1)
+def test_of_views_distances_and_what_is_out_of_view_count_when_runs_are_reviewed():
+    figures = FrameFigures(mean=1e-4, p99=1e-3, flipped=0.01, overstretched=0.1, unseen=0.2)
     views, bodies = (SimpleNamespace(frames=SimpleNamespace(take=take)) for take in ("open", None))
-    assert counted(bodies, figures) is figures
-    assert counted(views, figures) == FrameFigures(mean=1e-4, p99=1e-3, flipped=0.0, overstretched=0.0)
+    assert counted(bodies, figures) == replace(figures, unseen=0.0)
+    assert counted(views, figures) == replace(figures, flipped=0.0, overstretched=0.0)
 
 
 def test_the_kind_of_the_take_is_told_once(run):
@@ -108,7 +109,7 @@ def test_a_frame_with_everything_else_in_view_and_one_seen_from_elsewhere_are_fo
     assert max(frame["visible_to_source"]["max"] for frame in frames) < 0.04
     assert any(report(tmp_path / "out")["tracking"]["born"]), "for what only the closed frame shows"
     assert not any("appeared" in line or "lie outside" in line for line in warnings)
-    assert {group["reason"] for group in report(tmp_path / "out")["groups"][1:]} == {"what the camera sees has changed"}
+    assert len(report(tmp_path / "out")["groups"]) == 1, "centers out of view are carried along"
 
 
 @pytest.mark.parametrize(
@@ -148,6 +149,12 @@ def test_holes_of_bodies_are_closed_or_left_open_as_told(tmp_path):
         assert report(tmp_path / holes)["surface"] == "closed" and group["watertight"] == (holes == "closed")
         assert max(frame["source_to_deformed"]["mean"] for frame in report(tmp_path / holes)["frames"]) < 0.003
     assert not len(rims["closed"]) and np.abs(rims["open"][:, 1] + 0.8).max() < 0.15
+
+
+def test_global_rounds_are_left_out_in_words(take, tmp_path):
+    warnings = finish(take, tmp_path, until="tracking", global_rounds=2, **OPEN_RUN)
+    assert sum("--global-rounds is left out" in line for line in warnings) == 1
+    assert "global_energies" not in report(tmp_path)["tracking"]
 
 
 def test_a_run_may_be_as_long_as_it_holds(take, tmp_path):

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.closest_point import SurfaceIndex
+from ..geometry.mesh import triangle_areas
 from ..types import FrozenArrays, TriangleMesh
 from .distances import Distances
 from .metrics import SEED
 from .sampled_surface import SampledSurface
+from .shown_surface import SHOWN, shown_vertices
 from .stretch import RestShape
 
 # A mesh of the whole segment may be this many times as far from the source as the group's own, in the mean and at the 99th percentile:
@@ -21,6 +23,9 @@ MEAN_RATIO, P99_RATIO = 1.5, 2.0
 MEAN_FLOOR, P99_FLOOR = 1e-4, 8e-4
 FLIPPED_MORE = 5e-4  # share of the triangles that may be flipped beyond what the group's own mesh has
 OVERSTRETCHED_MORE = 0.01  # share of the surface that may be over-stretched beyond that
+# Of open takes, the share of the mesh that a frame does not show may be larger by this. What a camera sees of a body that turns by a few
+# dozen degrees is less; beyond that, limbs that were followed through an occlusion in vain are there twice.
+UNSEEN_MORE = 0.15
 
 
 @dataclass(frozen=True)
@@ -28,16 +33,17 @@ class FrameFigures(FrozenArrays):
     """How well a mesh serves one frame.
 
     mean, p99 : distance from source to deformed mesh, shares of the diagonal.  flipped : share of the triangles.
-    overstretched : share of the surface, as `RestShape` gives it.
+    overstretched : share of the surface, as `RestShape` gives it.  unseen : share of the mesh that the frame of an open take does not show.
     """
 
     mean: float
     p99: float
     flipped: float
     overstretched: float
+    unseen: float = 0.0
 
 
-USUAL = FrameFigures(mean=1e-4, p99=6e-4, flipped=0.0, overstretched=0.0)
+USUAL = FrameFigures(mean=1e-4, p99=6e-4, flipped=0.0, overstretched=0.0, unseen=0.15)
 
 
 def frame_figures(rest: TriangleMesh, vertices: np.ndarray, flipped: float, source: TriangleMesh, samples: int) -> FrameFigures:
@@ -61,6 +67,7 @@ def passed_limits(frame: FrameFigures, own: FrameFigures) -> list[str]:
         ("99th percentile of the distance", frame.p99, own.p99, 3),
         ("flipped triangles", frame.flipped, own.flipped, 2),
         ("over-stretched surface", frame.overstretched, own.overstretched, 1),
+        ("surface out of view", frame.unseen, own.unseen, 0),
     ]
     pairs = zip(rows, _limits(own), strict=True)
     return [f"{name} {value:.{digits}%} against {other:.{digits}%}" for (name, value, other, digits), limit in pairs if value > limit]
@@ -68,14 +75,19 @@ def passed_limits(frame: FrameFigures, own: FrameFigures) -> list[str]:
 
 def excess(frame: FrameFigures, own: FrameFigures) -> float:
     """The largest of a frame's figures as a multiple of its limit; above 1 where one is passed. Arguments as of `passed_limits`."""
-    figures = frame.mean, frame.p99, frame.flipped, frame.overstretched
-    return max(value / limit for value, limit in zip(figures, _limits(own), strict=True))
+    return max(value / limit for value, limit in zip(vars(frame).values(), _limits(own), strict=True))
 
 
-def _limits(own: FrameFigures) -> tuple[float, float, float, float]:
-    """Of mean, p99, flipped and overstretched."""
+def _limits(own: FrameFigures) -> tuple[float, ...]:
+    """Of each of the figures."""
     distances = max(MEAN_RATIO * own.mean, MEAN_FLOOR), max(P99_RATIO * own.p99, P99_FLOOR)
-    return (*distances, own.flipped + FLIPPED_MORE, own.overstretched + OVERSTRETCHED_MORE)
+    return (*distances, own.flipped + FLIPPED_MORE, own.overstretched + OVERSTRETCHED_MORE, own.unseen + UNSEEN_MORE)
+
+
+def unseen_share(deformed: TriangleMesh, source: TriangleMesh) -> float:
+    """Share of the area of a deformed mesh that a frame of an open take does not show.  source : what was kept of the frame."""
+    shown, areas = (shown_vertices(deformed, source).visibility >= SHOWN)[deformed.triangles].all(axis=1), triangle_areas(deformed)
+    return float(1.0 - areas[shown].sum() / areas.sum())
 
 
 def usual_figures(frames: Sequence[FrameFigures]) -> FrameFigures:

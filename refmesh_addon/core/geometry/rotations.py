@@ -36,6 +36,10 @@ class RigidMotions(FrozenArrays):
     sources: np.ndarray
     targets: np.ndarray
 
+    def of(self, chosen: np.ndarray) -> RigidMotions:
+        """The motions of some neighborhoods, by index."""
+        return RigidMotions(self.rotations[chosen], self.sources[chosen], self.targets[chosen])
+
     def apply(self, points: np.ndarray) -> np.ndarray:
         """Row i of (C, 3) points moved by motion i."""
         return np.einsum("nij,nj->ni", self.rotations, points - self.sources) + self.targets

@@ -38,13 +38,13 @@ class GroupTracks(FrozenArrays):
     """What the reference centers of a group are made from.
 
     positions : (F, C, 3) tracked centers, scene units.  weights : (C, C) affinities of the tracking.  spacing : s, scene units.
-    rim_excess : (F,) how ragged the rims of each frame's holes are, see `rims`; None where they do not count.
+    penalty : (F,) what speaks against each frame as the anchor frame, as `reference_centers` takes it.
     """
 
     positions: np.ndarray
     weights: sparse.csr_matrix
     spacing: float
-    rim_excess: np.ndarray | None = None
+    penalty: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def place_centers(
     """
     positions, spacing, weights = tracks.positions, tracks.spacing, within_bodies(tracks.weights, bodies)
     own = bodies_of(positions[0], weights) if by_body else None
-    reference = reference_centers(positions, counted=settings.stress, bodies=own, rim_excess=tracks.rim_excess)
+    reference = reference_centers(positions, counted=settings.stress, bodies=own, penalty=tracks.penalty)
     affinity = group_affinity(positions, reference.anchor, weights, spacing).weights()
     # Bodies that the whole take has shown apart are two also in a group that never shows them apart.
     affinity = within_bodies(within_bodies(affinity, bodies_of(reference.positions, weights)), bodies)

@@ -18,17 +18,17 @@ from ..types import FrozenArrays
 from ..variants import check_variant
 from .smacof import near_weights, pooled_stress, smacof
 
-# An anchor frame may have this many times the least stress if the rims of its holes are cleaner. The embedding ends nearly the same from
+# An anchor frame may have this many times the least stress if less speaks against it otherwise. The embedding ends nearly the same from
 # any frame: of a dancer with open soles, one of 1.7 times the least stress gave a mesh 2 % nearer to the frames, stretched a tenth as much.
-STRESS_FOR_RIMS = 2.0
-SAME_RIMS = 1.05  # ratio of raggedness up to which rims count as equally clean
+STRESS_FOR_PENALTY = 2.0
+SAME_PENALTY = 1.05  # ratio up to which penalties count as equal
 
 
 @dataclass(frozen=True)
 class ReferenceCenters(FrozenArrays):
     """positions : (C, 3) scene units, rigidly aligned with the anchor frame's centers.
     anchor : index within the group of the frame that fits the largest distances best (the paper's R-frame), or of one nearly as good
-    whose holes have cleaner rims.
+    against which less speaks otherwise.
     stress : the paper's sigma(X), equation (3).  frame_stress : (F,) the same of each frame's own centers.
     """
 
@@ -43,7 +43,7 @@ def reference_centers(
     progress: Progress = ignore,
     counted: str = "plain",
     bodies: np.ndarray | None = None,
-    rim_excess: np.ndarray | None = None,
+    penalty: np.ndarray | None = None,
 ) -> ReferenceCenters:
     """Reference centers of a group.
 
@@ -52,7 +52,7 @@ def reference_centers(
     inverse). The anchor and the stresses returned are those of plain stress either way.
     bodies : (C,) number of the body of each center; distances between bodies then count for nothing, and each body lies where it does
     in the anchor frame. None for one body.
-    rim_excess : (F,) how ragged the rims of each frame's holes are, see `rims`; None where they do not count.
+    penalty : (F,) what speaks against each frame as the anchor frame, such as ragged rims of holes; None for nothing.
     Memory: five (C, C) float64 matrices at a time, 640 MB for 4000 centers; eight, 1 GB, for "near".
     Raises ValueError for another shape or an unknown way of counting.
 
@@ -67,7 +67,7 @@ def reference_centers(
     distances = [largest_distances(positions[:, own]) for own in members]
     pooled = lambda centers: pooled_stress([centers[own] for own in members], distances)
     frame_stress = np.array([pooled(centers) for centers in positions])
-    anchor = _anchor(frame_stress, rim_excess)
+    anchor = _anchor(frame_stress, penalty)
     aligned = np.empty(positions.shape[1:])
     for own, largest in zip(members, distances, strict=True):
         start = positions[anchor, own]
@@ -76,16 +76,16 @@ def reference_centers(
     return ReferenceCenters(aligned, anchor, pooled(aligned), frame_stress)
 
 
-def _anchor(stress: np.ndarray, rim_excess: np.ndarray | None) -> int:
-    """The frame of least stress among those whose rims are about the cleanest: the anchor frame's holes are closed in its own way.
+def _anchor(stress: np.ndarray, penalty: np.ndarray | None) -> int:
+    """The frame of least stress among those of about the least penalty: the anchor frame's holes are closed in its own way, for example.
 
-    stress, rim_excess : (F,) of the frames, None for rims that do not count.
+    stress, penalty : (F,) of the frames, None for no penalty.
     """
-    if rim_excess is None:
+    if penalty is None:
         return int(np.argmin(stress))
-    fits = stress <= STRESS_FOR_RIMS * stress.min()
-    clean = fits & (rim_excess <= SAME_RIMS * rim_excess[fits].min())
-    return int(np.argmin(np.where(clean, stress, np.inf)))
+    fits = stress <= STRESS_FOR_PENALTY * stress.min()
+    best = fits & (penalty <= SAME_PENALTY * penalty[fits].min())
+    return int(np.argmin(np.where(best, stress, np.inf)))
 
 
 def largest_distances(positions: np.ndarray) -> np.ndarray:

@@ -28,8 +28,11 @@ from .volume import Volume
 Pull = Callable[[np.ndarray], np.ndarray]  # where a step would take (C, 3) centers
 
 ARAP_WEIGHT = 20.0  # of the rigidity against the pull to the centroids; less follows noise, more resists real bending
-# The same of what a camera sees: a sheet's volume hardly holds it along the sheet. With 80, bodies that bend slip farther.
-VIEW_ARAP_WEIGHT = 40.0
+# The same of what a camera sees: a sheet's volume hardly holds it along the sheet. At 160, bodies that bend slip farther.
+VIEW_ARAP_WEIGHT = 100.0
+# So stiff a graph takes more steps to come to rest. Where they end as early as those of closed volumes, the centers of a turning body lag
+# behind, and what they lag adds up.
+VIEW_SOLVER_STEPS, VIEW_STOP, VIEW_STEPS = 20, 0.5, 2  # in conjugate gradients; times STEP_STOP; times MAX_STEPS
 OVER_RELAXATION, MOMENTUM = 1.2, 0.5  # of the steps; without them whole limbs converge slowly, since the volume pulls at its surface only
 INERTIA = 0.65  # share of the last motion in the first guess; with all of it (published) a ball that spins once never stops
 STEP_STOP = (0.02, 0.007, 0.003)  # largest step, in s, that ends each level; the last is about the published 1e-4 at 1.8 units
@@ -91,11 +94,11 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     """
     old, spacing = last.centers, last.affinity.spacing
     centers = first_guess(old, old + INERTIA * (old - last.before), last.cells, volume.levels[0], spacing)
-    affinity, steps = last.affinity, 0
+    affinity, steps, finer, longer = last.affinity, 0, *((VIEW_STOP, VIEW_STEPS) if volume.is_view else (1.0, 1))
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MAX_STEPS[-len(volume.levels) :], strict=True):
         weights, ownership = affinity.weights(), Ownership(level)
         pull = _pull(Rigidity(weights, old), ownership, volume, spacing)
-        centers, taken = _converged(centers, pull, stop * spacing, most)
+        centers, taken = _converged(centers, pull, finer * stop * spacing, longer * most)
         # Parts that separate in this very frame must not pull on each other on the finer levels.
         motions = rigid_motions(weights, old, centers)
         affinity, steps = updated(last.affinity, centers, last.cells, motions, settings.affinity), steps + taken
@@ -107,7 +110,7 @@ def _pull(rigidity: Rigidity, ownership: Ownership, volume: Volume, spacing: flo
     """Toward the volume and toward rigidity, on one level of a volume."""
     if volume.is_view:
         goals = ViewPull(rigidity, ownership, volume.levels[0], spacing).goals
-        return lambda centers: rigidity.pulled(centers, goals(centers), VIEW_ARAP_WEIGHT)
+        return lambda centers: rigidity.pulled(centers, goals(centers), VIEW_ARAP_WEIGHT, VIEW_SOLVER_STEPS)
     return lambda centers: rigidity.pulled(centers, lloyd.centroids(centers, ownership), ARAP_WEIGHT)
 
 

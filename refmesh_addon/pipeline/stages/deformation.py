@@ -257,7 +257,7 @@ def _fitting(context: Context, tracking: TrackingResult, references: References,
         mapping, is_open, is_view = context.settings.reference.mapping, context.frames.kind == OPEN, context.frames.take is not None
         shared = GroupReference(group.key, reference.mesh, centers, settings, mapping, is_open, is_view, reference.features, reference.caps)
         targets = references.aligned[group.index, frame].targets
-        return shared, targets, context.frames.surface(frame), tracking.centers_in((group.source[0], frame))[1]
+        return shared, targets, context.frames.surface(frame), tracking.centers_in((frame,), group.source)[0]
 
     number = context.numbers[frame]
     first = context.numbers[group.frames[0]]

@@ -20,10 +20,14 @@ from ..session.context import Context
 from ..session.job import TRACKING
 from ..session.stage_share import StageShare
 from .groups import divided
-from .tracking import FORWARD_SHARE, volume_of
+from .tracking import FORWARD_SHARE, requested_rounds, volume_of
 from .tracking_result import TrackingResult
 
 GLOBAL_SCHEMA = 3
+VIEWS_STAY = (
+    "--global-rounds is left out: it spreads centers evenly through the volume of every frame, but in an open take this ends where the "
+    "view does, so they would slide over the body; leave the option out"
+)
 
 
 @dataclass(frozen=True)
@@ -50,12 +54,14 @@ class FrameEnergies(FrozenArrays):
 
 
 def optimize_globally(context: Context, forward: TrackingResult) -> TrackingResult:
-    """The tracking after as many rounds as the settings ask for; without rounds it stays the same.
+    """The tracking after as many rounds as the settings ask for; without rounds it stays the same, and so does that of open takes.
 
     Where centers are born or retired, the frames between two such changes are optimized together.
     """
-    result, energies = forward, []
-    for index in range(context.settings.tracking.global_rounds):
+    result, energies, rounds = forward, [], requested_rounds(context)
+    if rounds < context.settings.tracking.global_rounds:
+        context.warn(VIEWS_STAY)
+    for index in range(rounds):
         result, falling = _after_round(context, result, index)
         energies.append(falling.tolist())
     if energies:
@@ -90,7 +96,7 @@ def _optimized(context: Context, last: TrackingResult, index: int) -> GlobalRoun
         return GlobalRound(done.positions, done.kept, done.energies, done.affinity.weights())
     positions, active = last.positions.copy(), np.zeros_like(last.active)
     for run, done in zip(runs, parts, strict=True):
-        kept = last.members(run[0])[done.kept]
+        kept = last.members(run)[done.kept]
         positions[np.ix_(run, kept)], active[np.ix_(run, kept)] = done.positions, True
     # Affinities of the whole take stay those of forward tracking: no run alone knows what others show apart.
     everyone = np.arange(positions.shape[1])
@@ -99,7 +105,7 @@ def _optimized(context: Context, last: TrackingResult, index: int) -> GlobalRoun
 
 def _optimized_run(context: Context, last: TrackingResult, run: tuple[int, ...], share: StageShare) -> Optimized:
     """The members of successive frames, optimized in these."""
-    done, members, (whole,) = 0.0, last.members(run[0]), last.ranges
+    done, members, (whole,) = 0.0, last.members(run), last.ranges
 
     def progress(part: float) -> None:
         nonlocal done
@@ -111,7 +117,7 @@ def _optimized_run(context: Context, last: TrackingResult, run: tuple[int, ...],
         return _samples(context, run[row])
 
     moving = None if last.moving is None else last.moving[members]
-    tracks = Trajectories(last.centers_in(run), last.affinity_at(run[0]), whole.spacing, moving)
+    tracks = Trajectories(last.centers_in(run), last.affinity_at(run), whole.spacing, moving)
     return optimize(tracks, samples_of, context.settings.tracking.affinity, progress)
 
 
@@ -145,10 +151,10 @@ def _energies(context: Context, optimized: TrackingResult) -> FrameEnergies:
     rows, before, (whole,) = [], (), optimized.ranges
     for frame in range(len(optimized.positions)):
         context.notify(TRACKING, context.numbers[frame], 1.0)
-        centers, members = optimized.positions[frame], optimized.members(frame)
+        centers, members = optimized.positions[frame], optimized.members((frame,))
         cells = lloyd.cells(centers[members], Ownership(volume_of(context, frame).finest))
         last = optimized.positions[frame - 1] if np.array_equal(members, before) else centers
-        apart = rigid_motions(optimized.affinity_at(frame), last[members], centers[members]).apply(last[members]) - centers[members]
+        apart = rigid_motions(optimized.affinity_at((frame,)), last[members], centers[members]).apply(last[members]) - centers[members]
         rows.append((cells.non_uniformity, cells.energy / whole.spacing**2, np.einsum("ni,ni->n", apart, apart).mean() / whole.spacing**2))
         before = members
     return FrameEnergies(*np.array(rows).T)

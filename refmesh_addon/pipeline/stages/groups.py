@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...core.errors import RefMeshError
 from ...core.reference.grouping import content_groups
 from ...io.frame_range import format_ranges
 from ..session.context import Context
 from .tracking_result import TrackingResult
+
+# Share of the centers of a run of an open take that each of its frames sees, at least: the rest of its mesh is out of view there.
+SEEN = 0.5
 
 
 @dataclass(frozen=True)
@@ -62,12 +67,27 @@ def chosen_groups(context: Context, tracking: TrackingResult) -> list[tuple[int,
 
 
 def groups_of_views(tracking: TrackingResult, longest: int) -> list[tuple[int, ...]]:
-    """Groups of an open take by content, each of frames that have the same centers."""
+    """Groups of an open take by content, of frames that see much the same."""
     (whole,), groups = tracking.ranges, []
-    for run in divided([tuple(range(len(tracking.positions)))], tracking.changes):
-        own = content_groups(tracking.centers_in(run), tracking.affinity_at(run[0]), whole.spacing, longest)
+    for run in similar_views(tracking):
+        own = content_groups(tracking.centers_in(run), tracking.affinity_at(run), whole.spacing, longest)
         groups += [tuple(run[row] for row in group) for group in own]
     return groups
+
+
+def similar_views(tracking: TrackingResult) -> list[tuple[int, ...]]:
+    """Runs of frames, as long as each frame of a run sees at least SEEN of the centers that any of them sees."""
+    if tracking.active is None:
+        return [tuple(range(len(tracking.positions)))]
+    runs: list[tuple[int, ...]] = [()]
+    together, fewest = np.zeros(tracking.active.shape[1], dtype=bool), 0
+    for frame, seen in enumerate(tracking.active):
+        together, fewest = together | seen, min(fewest, np.count_nonzero(seen)) if runs[-1] else np.count_nonzero(seen)
+        if runs[-1] and fewest < SEEN * np.count_nonzero(together):
+            runs.append(())
+            together, fewest = seen, np.count_nonzero(seen)
+        runs[-1] += (frame,)
+    return runs
 
 
 def divided(runs: list[tuple[int, ...]], at: tuple[int, ...]) -> list[tuple[int, ...]]:

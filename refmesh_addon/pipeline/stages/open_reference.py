@@ -4,14 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from ...core.reference.cap_points import OrientedPoints
 from ...core.reference.group import ReferenceMesh
 from ...core.reference.open_reference import build_open_reference
 from ...core.reference.union_points import PointUnion, UnionPoints, without_inner_rims
+from ..session.context import Context
 from .reconstruction import RECONSTRUCTIONS
 
 # Frames that share the points of a reconstruction, at most: what only a few of many frames show needs points too.
 MOST_SHARING = 8
+
+
+def anchor_penalty(context: Context, frames: tuple[int, ...]) -> np.ndarray:
+    """(F,) what speaks against each frame as the anchor frame: ragged rims of holes, or of open takes, which are all rim, other frames
+    far off in time, as centers slide along a sheet by and by.
+    """
+    if context.frames.take is not None:
+        return np.abs(np.array(frames) - np.mean(frames))
+    return np.array([context.frames.statistics[frame].rim_excess for frame in frames])
 
 
 def union_of(frames: Iterable[OrientedPoints], cell: float) -> UnionPoints:

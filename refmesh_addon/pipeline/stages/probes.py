@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.deformation.deformer import DeformedFrame
-from ...core.evaluation.segment_limits import FrameFigures, frame_figures
+from ...core.evaluation.segment_limits import FrameFigures, frame_figures, unseen_share
 from ...core.types import TriangleMesh
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
@@ -17,6 +17,7 @@ from .deformation import fit_frames, fitting_groups, smooth_block
 from .evaluation import FRAMES
 from .reference import References
 from .tracking_result import TrackingResult
+from .visibility import VISIBILITY_SCHEMA
 
 PROBE_SCHEMA = 1
 
@@ -30,10 +31,13 @@ def probe(
     """
     groups, fitted = fitting_groups(context, references), fit_frames(context, tracking, references, frames)
 
+    is_view = context.frames.take is not None
+    schema = [PROBE_SCHEMA, VISIBILITY_SCHEMA] if is_view else [PROBE_SCHEMA]
+
     def unit(index: int, frame: int) -> WorkUnit:
         samples, number = context.settings.evaluation.samples, context.numbers[frame]
-        key = digest(PROBE_SCHEMA, context.frames.keys[frame], groups[index].key, samples)
-        arguments = lambda: (references.meshes[index].mesh, fitted[index, frame], context.frames.surface(frame), samples)
+        key = digest(*schema, context.frames.keys[frame], groups[index].key, samples)
+        arguments = lambda: (references.meshes[index].mesh, fitted[index, frame], context.frames.surface(frame), samples, is_view)
         return WorkUnit(f"{groups[index].folder}evaluation/probe_{number:04d}", key, arguments, number)
 
     units = {frame: unit(index, frame) for index, chosen in frames.items() for frame in chosen}
@@ -41,11 +45,15 @@ def probe(
 
 
 def counted(context: Context, figures: FrameFigures) -> FrameFigures:
-    """What counts of the figures of a frame: of open takes the distances, as what is folded or stretched is mostly out of view."""
-    return figures if context.frames.take is None else replace(figures, flipped=0.0, overstretched=0.0)
+    """What counts of the figures of a frame: of open takes neither what is folded nor what is stretched, which is mostly out of view."""
+    return replace(figures, unseen=0.0) if context.frames.take is None else replace(figures, flipped=0.0, overstretched=0.0)
 
 
-def probe_figures(mesh: TriangleMesh, fitted: DeformedFrame, source: TriangleMesh, samples: int) -> FrameFigures:
-    """How well a mesh serves one frame.  mesh : the reference.  source : what it was fitted to.  samples : points on the source."""
+def probe_figures(mesh: TriangleMesh, fitted: DeformedFrame, source: TriangleMesh, samples: int, is_view: bool) -> FrameFigures:
+    """How well a mesh serves one frame.
+
+    mesh : the reference.  source : what it was fitted to.  samples : points on the source.  is_view : whether this is part of bodies.
+    """
     alone = smooth_block(mesh, [fitted], np.zeros(1), 0)
-    return frame_figures(mesh, alone.vertices[0], float(alone.flipped[0]), source, samples)
+    figures = frame_figures(mesh, alone.vertices[0], float(alone.flipped[0]), source, samples)
+    return replace(figures, unseen=unseen_share(mesh.moved(alone.vertices[0]), source)) if is_view else figures

@@ -36,14 +36,14 @@ from ..session.context import Context
 from ..session.job import REFERENCE
 from ..session.stage_share import StageShare
 from .groups import FrameGroup
-from .open_reference import MOST_SHARING, build_open_with, union_of
+from .open_reference import MOST_SHARING, anchor_penalty, build_open_with, union_of
 from .own_mesh import over_reference, own_mesh, own_mesh_frame, own_mesh_key
 from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
 REFERENCE_SCHEMA = 18
-OPEN_REFERENCE_SCHEMA = 2  # of what is done differently for open takes
+OPEN_REFERENCE_SCHEMA = 3  # of what is done differently for open takes
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
 PLACING = StageShare(REFERENCE, 0.0, 0.1)
@@ -204,9 +204,9 @@ def _placing(context: Context, tracking: TrackingResult, group: FrameGroup, bodi
     def arguments() -> tuple:
         first = group.source[0]
         positions, settings = tracking.centers_in(group.source), context.settings.reference
-        own = None if bodies is None else bodies[tracking.members(first)]
-        rims = np.array([context.frames.statistics[frame].rim_excess for frame in group.source])
-        tracks = GroupTracks(positions, tracking.affinity_at(first), tracking.range_of(first).spacing, rims)
+        own = None if bodies is None else bodies[tracking.members(group.source)]
+        penalty = anchor_penalty(context, group.source)
+        tracks = GroupTracks(positions, tracking.affinity_at(group.source), tracking.range_of(first).spacing, penalty)
         return tracks, settings, own, group.segment
 
     return WorkUnit(_source_entry(context, group, "centers"), group.key, arguments, context.numbers[group.source[0]])
@@ -232,7 +232,7 @@ def _alignment(
     def arguments() -> tuple:
         own = centers[group.index]
         anchor = group.source[own.anchor]
-        anchor_centers, frame_centers = tracking.centers_in((anchor, frame))
+        anchor_centers, frame_centers = tracking.centers_in((anchor, frame), group.source)
         frames, take = context.frames, context.frames.take
         anchored = frames.capped(anchor) if take is None else without_holes(frames.body(anchor))  # no hole of it is closed once for all
         surface = frames.capped(anchor).holes < 0 if frames.kind == OPEN else None
@@ -274,7 +274,7 @@ def _density(context: Context, tracking: TrackingResult, group: FrameGroup, cent
     if settings.triangles or settings.mapping == "rbf" or _cap(context, group.source):
         return None
     anchor = group.source[centers.anchor]
-    return CaptureDensity.of(context.frames.surface(anchor), tracking.centers_in((group.source[0], anchor))[1], centers.positions)
+    return CaptureDensity.of(context.frames.surface(anchor), tracking.centers_in((anchor,), group.source)[0], centers.positions)
 
 
 def _carrying_units(context: Context, tracking: TrackingResult, aligned: AlignedGroups) -> dict[int, WorkUnit]:
@@ -289,7 +289,7 @@ def _carrying(context: Context, tracking: TrackingResult, group: FrameGroup, fra
             anchor = aligned.of_source(group, group.source[aligned.centers[group.index].anchor])
             return own_mesh(context), anchor.surface.points, anchor.surface.normals
         targets, mapping = aligned.of_source(group, frame).targets, context.settings.reference.mapping
-        return own_mesh(context), tracking.centers_in((frame,))[0], targets, aligned.centers[group.index], mapping
+        return own_mesh(context), tracking.centers_in((frame,), group.source)[0], targets, aligned.centers[group.index], mapping
 
     return WorkUnit(_source_entry(context, group, "mesh"), group.key, arguments)
 

@@ -45,7 +45,7 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
 
 def _center_arrays(tracking: TrackingResult, group: FrameGroup, centers: GroupCenters) -> dict[str, np.ndarray]:
     """The reference centers of a group, and which centers these are where it does not have all of them."""
-    name, members = f"group_{group.index:03d}", tracking.members(group.source[0])
+    name, members = f"group_{group.index:03d}", tracking.members(group.source)
     arrays = {f"{name}_reference_centers": centers.positions}
     if len(members) < tracking.positions.shape[1]:
         arrays[f"{name}_center_indices"] = members
@@ -99,7 +99,7 @@ def _warn_of_left_out(context: Context, entry: GroupReport) -> None:
 def _warn_of_joined(context: Context, tracking: TrackingResult, references: References, group: FrameGroup) -> None:
     if references.bodies is None:
         return
-    bodies = references.bodies[tracking.members(group.frames[0])]
+    bodies = references.bodies[tracking.members(group.source)]
     joined = joined_bodies(references.meshes[group.index].mesh, references.centers[group.index].positions, bodies)
     if joined:
         names = " and ".join(str(body + 1) for body in joined)

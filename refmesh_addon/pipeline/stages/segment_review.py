@@ -20,6 +20,7 @@ from .deformation import DeformedSequence
 from .evaluation import measure_frames
 from .probes import counted
 from .reference import References
+from .segment_joining import with_short_joined, worst_figures
 from .segment_trials import Run, SegmentTrials
 from .segments import FINAL, PROBED, Cuts, SegmentPlan, kept_plan
 from .tracking_result import TrackingResult
@@ -73,18 +74,24 @@ def with_own_meshes(
 ) -> SegmentPlan:
     """The final plan: groups that the mesh of their run does not serve have one of their own, the worst first.
 
+    In open takes, short runs are then joined with their neighbors where one mesh serves both.
     deformed : the meshes of the plan's runs in all frames.
     """
-    trials, allowance, own = SegmentTrials(context, tracking, plan.grouped.bodies), Allowance.of(context, plan), {}
+    trials, allowance = SegmentTrials(context, tracking, plan.grouped.bodies), Allowance.of(context, plan)
+    own: dict[Run, tuple[str, tuple[int, FrameFigures]]] = {}  # why each group has a mesh of its own, and how well that serves a frame
     figures = _figures(context, deformed)
     usual = {group.index: usual_figures([figures[frame] for frame in group.frames]) for group in plan.grouped.groups}
     for index, group, frame in _doubtful(trials, plan, figures, usual):
         if passed_limits(figures[frame], usual[index]) and allowance.take(len(group)):
-            theirs = trials.own_figures(group, frame)
+            theirs = trials.own_figures(group, frame)[frame]
             usual[index] = worse_of(usual[index], theirs)
             limits = passed_limits(trials.figures(references, {index: (frame,)})[frame], theirs)
-            own |= {group: _reason(context, frame, limits)} if limits else {}
-    return kept_plan(context, tracking, plan.grouped.bodies, cuts_around(plan, own, allowance.spent))
+            own |= {group: (_reason(context, frame, limits), (frame, theirs))} if limits else {}
+    cuts = cuts_around(plan, {group: reason for group, (reason, _) in own.items()}, allowance.spent)
+    if context.frames.take is not None:
+        theirs = [dict([own[run][1]]) if run in own else worst_figures(figures, run) for run in cuts.runs(len(context.frames))]
+        cuts = with_short_joined(cuts, theirs, trials.own_figures, context.cuts)
+    return kept_plan(context, tracking, plan.grouped.bodies, cuts)
 
 
 def cuts_around(plan: SegmentPlan, own: Mapping[Run, str], spent: int) -> Cuts:
@@ -115,7 +122,7 @@ def _cut(
         group = next(group for group in groups if frame in group)
         if not passed_limits(figures[frame], usual) or not allowance.take(len(group)):
             continue
-        own = trials.own_figures(group, frame)
+        own = trials.own_figures(group, frame)[frame]
         usual = worse_of(usual, own)
         limits = passed_limits(figures[frame], own)
         if limits:
@@ -129,8 +136,9 @@ def _figures(context: Context, deformed: DeformedSequence) -> dict[int, FrameFig
     for group in deformed.groups:
         rest = RestShape(deformed.references[group.index].mesh)
         for row, frame in enumerate(group.frames):
-            distance, smoothed = measured[frame].distances.source_to_deformed, deformed.row(group, row)
-            own = FrameFigures(distance.mean, distance.p99, smoothed.flipped, rest.overstretched(smoothed.vertices))
+            distances, smoothed = measured[frame].distances, deformed.row(group, row)
+            there, overstretched = distances.source_to_deformed, rest.overstretched(smoothed.vertices)
+            own = FrameFigures(there.mean, there.p99, smoothed.flipped, overstretched, distances.unseen)
             figures[frame] = counted(context, own)
     return figures
 

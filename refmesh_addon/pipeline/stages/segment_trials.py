@@ -49,7 +49,7 @@ class SegmentTrials:
 
     def probes(self, run: Run) -> tuple[int, ...]:
         """The frame of each group within a run in which centers are strained most; those of the most strained groups."""
-        positions, affinity = self._tracking.centers_in(run), self._tracking.affinity_at(run[0])
+        positions, affinity = self._tracking.centers_in(run), self._tracking.affinity_at(run)
         stress = dict(zip(run, frame_stress(positions, affinity).tolist(), strict=True))
         worst = [max(group, key=lambda frame: stress[frame]) for group in self.groups_within(run)]
         most = max(LEAST_PROBES, -(-len(run) // PROBED_SHARE))
@@ -65,9 +65,9 @@ class SegmentTrials:
         """Of some frames of each group, by index of the frame.  frames : by index of the group."""
         return probe(self._context, self._tracking, references, frames)
 
-    def own_figures(self, group: Run, frame: int) -> FrameFigures:
-        """Of one frame, with a mesh for its group alone."""
-        return self.figures(self._references([group], [group]), {0: (frame,)})[frame]
+    def own_figures(self, group: Run, *frames: int) -> dict[int, FrameFigures]:
+        """Of some frames, by index, with a mesh for their group alone."""
+        return self.figures(self._references([group], [group]), {0: frames})
 
     def _references(self, runs: list[Run], sources: list[Run]) -> References:
         grouped = in_folders(self._context, group_frames(self._context, self._tracking, self._bodies, runs, sources, segment=True))
@@ -75,4 +75,4 @@ class SegmentTrials:
         return make_references(self._context, self._tracking, GroupedFrames(alone, self._bodies))
 
     def _least_strained(self, run: Run, candidates: range | list[int]) -> int:
-        return least_strained_cut(self._tracking.centers_in(run), self._tracking.affinity_at(run[0]), list(candidates))
+        return least_strained_cut(self._tracking.centers_in(run), self._tracking.affinity_at(run), list(candidates))

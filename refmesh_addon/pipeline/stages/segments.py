@@ -66,6 +66,11 @@ class Cuts(FrozenArrays):
     state: int
     spent: int
 
+    def runs(self, stop: int) -> list[tuple[int, ...]]:
+        """The frames of each run.  stop : frames of the take."""
+        ends = [*self.starts[1:].tolist(), stop]
+        return [tuple(range(start, end)) for start, end in zip(self.starts.tolist(), ends, strict=True)]
+
     @classmethod
     def at(cls, starts: Mapping[int, str], stop: int, state: int = PLANNED, spent: int = 0) -> Cuts:
         """Of runs that each have a mesh of all their frames.  stop : frames of the take."""
@@ -125,17 +130,12 @@ def _mode(context: Context, tracking: TrackingResult) -> str:
 
 
 def _reasons(context: Context, runs: list[tuple[int, ...]], tracking: TrackingResult) -> tuple[str, ...]:
-    known = dict.fromkeys(context.cuts, BAD) | dict.fromkeys(tracking.changes, _change(context))
+    known = dict.fromkeys(context.cuts, BAD) | dict.fromkeys(tracking.changes, JUMP)
     return (FIRST, *(known.get(run[0], ASKED) for run in runs[1:]))
 
 
-def _change(context: Context) -> str:
-    """Why a run begins where centers are born or retired."""
-    return JUMP if context.frames.take is None else VIEW
-
-
 def _remembered(context: Context, tracking: TrackingResult, bodies: np.ndarray | None) -> SegmentPlan:
-    cuts = {frame: BAD for frame in context.cuts} | {jump: _change(context) for jump in (*tracking.jumps, *tracking.changes) if jump}
+    cuts = {frame: BAD for frame in context.cuts} | {jump: JUMP for jump in (*tracking.jumps, *tracking.changes) if jump}
     starts = {0: FIRST} | cuts | _changes_of_view(context, tracking)
     key = _plan_key(context, tracking, bodies)
     cuts = context.cache.load_result("segments/plan", key, Cuts) or Cuts.at(starts, len(context.frames))
@@ -153,8 +153,7 @@ def _changes_of_view(context: Context, tracking: TrackingResult) -> dict[int, st
 
 
 def _plan(context: Context, tracking: TrackingResult, bodies: np.ndarray | None, cuts: Cuts) -> SegmentPlan:
-    ends = [*cuts.starts[1:].tolist(), len(context.frames)]
-    runs = [tuple(range(start, end)) for start, end in zip(cuts.starts.tolist(), ends, strict=True)]
+    runs = cuts.runs(len(context.frames))
     grouped = group_frames(context, tracking, bodies, runs, [tuple(range(*source)) for source in cuts.sources.tolist()], segment=True)
     return SegmentPlan(in_folders(context, grouped), cuts.reasons, cuts.state, cuts.spent)
 

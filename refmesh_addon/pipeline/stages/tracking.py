@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
 from ...core.tracking.forward import TrackedFrame, first_frame
+from ...core.tracking.out_of_view import carried_out_of_view
 from ...core.tracking.population import Change, advanced
 from ...core.tracking.view_changes import repopulated
 from ...core.tracking.volume import Volume, sample_volume
-from ...core.types import TriangleMesh
+from ...core.types import FrozenArrays, TriangleMesh
 from ..session.cache import digest
 from ..session.context import READING_SHARE, Context
 from ..session.job import TRACKING
@@ -24,7 +26,7 @@ from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
 TRACKING_SCHEMA = 10
-VIEW_SCHEMA = 3  # of what is done differently for open takes
+VIEW_SCHEMA = 5  # of what is done differently for open takes
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "state"  # all that the next frame needs; only that of the last frame is kept
 
@@ -40,9 +42,16 @@ class _Pass:
     share: StageShare
 
 
+@dataclass(frozen=True)
+class CarriedCenters(FrozenArrays):
+    """positions : (F, C, 3) of centers in view and out of it, scene units."""
+
+    positions: Annotated[np.ndarray, "(F, C, 3) float64"]
+
+
 def track_sequence(context: Context) -> TrackingResult:
     """Tracks the centers forward through all frames; twice where bodies turn out to be several that touch all the time."""
-    end = FORWARD_SHARE if context.settings.tracking.global_rounds else 1.0
+    end = FORWARD_SHARE if requested_rounds(context) else 1.0
     frames, result = _tracked_through(context, _Pass("tracking/", None, StageShare(TRACKING, READING_SHARE, end)))
     found = take_bodies(context, result)
     if found is not None and found.by_motion.any():  # the time of this is not foreseen
@@ -53,6 +62,11 @@ def track_sequence(context: Context) -> TrackingResult:
     if found is not None:
         report_bodies(context, result, found)
     return result
+
+
+def requested_rounds(context: Context) -> int:
+    """Rounds of global optimization that follow; open takes have none, see `global_rounds`."""
+    return context.settings.tracking.global_rounds if context.frames.take is None else 0
 
 
 def _tracked_through(context: Context, own: _Pass) -> tuple[TrackedFrames, TrackingResult]:
@@ -109,8 +123,17 @@ def _result(context: Context, own: _Pass, keys: list[str], last: TrackedFrame) -
     affinity = last.affinity
     whole = TrackedRange(len(keys), affinity.spacing, keys[-1], affinity.weights)
     jumps = frames.volume_jumps() if context.frames.take is None else ()  # of an open take, more is seen at one time than at another
-    active = None if frames.active.all() else frames.active
-    return frames, TrackingResult(frames.centers, (whole,), tuple(jumps), active)
+    if frames.active.all():
+        return frames, TrackingResult(frames.centers, (whole,), tuple(jumps))
+    carried = context.frames.take is not None
+    positions = _carried(context, own, frames, whole) if carried else frames.centers
+    return frames, TrackingResult(positions, (whole,), tuple(jumps), frames.active, carried=carried)
+
+
+def _carried(context: Context, own: _Pass, frames: TrackedFrames, whole: TrackedRange) -> np.ndarray:
+    """(F, C, 3) positions, also of centers out of view."""
+    make = lambda: CarriedCenters(carried_out_of_view(frames.centers, frames.active, whole.load_affinity()))
+    return context.cache.load_or_make_result(f"{own.folder}carried", digest(whole.key), CarriedCenters, make).positions
 
 
 def _tracked(context: Context, own: _Pass, index: int, key: str) -> TrackedFrames:

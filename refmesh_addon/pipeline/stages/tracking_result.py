@@ -99,6 +99,7 @@ class TrackedRange:
 class TrackingResult:
     """positions : (F, C, 3).  ranges : in order, all frames together.  jumps : frames in which something appeared or left, by index.
     active : (F, C) bool, which centers there are; None where all are there in all frames.
+    carried : whether the others have places as well, out of view, so that frames with different centers may share a mesh.
     moving : (C,) number of the body of each center, where some are shown apart by their motion only; otherwise None.
     """
 
@@ -107,33 +108,37 @@ class TrackingResult:
     jumps: tuple[int, ...] = ()
     active: np.ndarray | None = None
     moving: np.ndarray | None = None
+    carried: bool = False
 
     @property
     def changes(self) -> tuple[int, ...]:
-        """Frames, by index, in which centers are born or no longer there: no mesh serves both sides."""
-        if self.active is None:
+        """Frames, by index, in which bodies come or are no longer there: no mesh serves both sides."""
+        if self.active is None or self.carried:
             return ()
         return tuple((np.flatnonzero((self.active[1:] != self.active[:-1]).any(axis=1)) + 1).tolist())
 
-    def members(self, frame: int) -> np.ndarray:
-        """(N,) indices of the centers that are there in a frame."""
-        return np.arange(self.positions.shape[1]) if self.active is None else np.flatnonzero(self.active[frame])
+    def members(self, frames: tuple[int, ...]) -> np.ndarray:
+        """(N,) indices of the centers of a run of frames: those of its first, or if they are carried, of any of them."""
+        if self.active is None:
+            return np.arange(self.positions.shape[1])
+        return np.flatnonzero(self.active[list(frames)].any(axis=0) if self.carried else self.active[frames[0]])
 
-    def affinity_at(self, frame: int) -> sparse.csr_matrix:
-        """Affinities among the members of a frame, after the last frame of its range."""
-        affinity = self.range_of(frame).load_affinity()
-        return affinity if self.active is None else affinity[self.members(frame)][:, self.members(frame)].tocsr()
+    def affinity_at(self, frames: tuple[int, ...]) -> sparse.csr_matrix:
+        """Affinities among the members of a run, after the last frame of its range."""
+        affinity, members = self.range_of(frames[0]).load_affinity(), self.members(frames)
+        return affinity if self.active is None else affinity[members][:, members].tocsr()
 
     def range_of(self, index: int) -> TrackedRange:
         """The range that holds a frame, by its index."""
         return next(one for one in self.ranges if index < one.stop)
 
-    def centers_in(self, frames: tuple[int, ...]) -> np.ndarray:
+    def centers_in(self, frames: tuple[int, ...], run: tuple[int, ...] | None = None) -> np.ndarray:
         """(F, C, 3) centers in the frames, as the range that holds the first has tracked them; the one beyond it can only be last.
 
-        They are the members of the first frame, which others may no longer have: those stay where they were.
+        They are the members of a run, None for that of the frames; those that are no longer there stay where they were.
         """
-        own = self.range_of(frames[0])
+        run = run or frames
+        own = self.range_of(run[0])
         within = [self.positions[frame] for frame in frames if frame < own.stop]
         beyond = [own.beyond for frame in frames if frame == own.stop and own.beyond is not None]
-        return np.stack(within + beyond)[:, self.members(frames[0])]
+        return np.stack(within + beyond)[:, self.members(run)]

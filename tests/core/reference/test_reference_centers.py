@@ -52,11 +52,11 @@ def test_the_anchor_has_clean_rims_among_frames_that_fit_nearly_as_well():
     order = np.argsort(reference_centers(frames).frame_stress)
     ragged = np.ones(len(frames))
     ragged[order[1]] = 0.5
-    assert reference_centers(frames, rim_excess=ragged).anchor == order[1]
-    assert reference_centers(frames, rim_excess=np.zeros(len(frames))).anchor == order[0]
+    assert reference_centers(frames, penalty=ragged).anchor == order[1]
+    assert reference_centers(frames, penalty=np.zeros(len(frames))).anchor == order[0]
     best = frames[order[0]]
     shrunk = np.stack([best, 1.001 * best, 0.5 * best])  # the last has by far the highest stress
-    assert reference_centers(shrunk, rim_excess=np.array([1.0, 1.0, 0.0])).anchor == 1
+    assert reference_centers(shrunk, penalty=np.array([1.0, 1.0, 0.0])).anchor == 1
 
 
 def test_what_parts_in_any_frame_is_apart():
