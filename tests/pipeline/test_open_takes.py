@@ -14,6 +14,7 @@ from refmesh_addon.core.geometry.borders import boundary_edges
 from refmesh_addon.core.geometry.mesh import is_watertight, vertex_components
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.ply import read_surface, read_visibility, write_ply
+from refmesh_addon.pipeline.stages.open_reference import anchor_penalty
 from refmesh_addon.pipeline.stages.probes import counted
 from sample_scenes.generators.depth_camera import DepthCamera
 from sample_scenes.generators.shapes import ball, capsule, union
@@ -56,6 +57,13 @@ def test_of_views_distances_and_what_is_out_of_view_count_when_runs_are_reviewed
     views, bodies = (SimpleNamespace(frames=SimpleNamespace(take=take)) for take in ("open", None))
     assert counted(bodies, figures) == replace(figures, unseen=0.0)
     assert counted(views, figures) == replace(figures, flipped=0.0, overstretched=0.0)
+
+
+def test_the_anchor_frame_of_a_view_is_near_the_middle_and_that_of_bodies_one_with_clean_rims():
+    statistics = {frame: SimpleNamespace(rim_excess=0.1 * frame) for frame in range(9)}
+    views, bodies = (SimpleNamespace(frames=SimpleNamespace(take=take, statistics=statistics)) for take in ("open", None))
+    assert anchor_penalty(views, (4, 5, 6, 7, 8)).tolist() == [2, 1, 0, 1, 2]
+    assert anchor_penalty(bodies, (4, 6)) == pytest.approx([0.4, 0.6])
 
 
 def test_the_kind_of_the_take_is_told_once(run):

@@ -43,7 +43,7 @@ class FrameFigures(FrozenArrays):
     unseen: float = 0.0
 
 
-USUAL = FrameFigures(mean=1e-4, p99=6e-4, flipped=0.0, overstretched=0.0, unseen=0.15)
+USUAL = FrameFigures(mean=1e-4, p99=6e-4, flipped=0.0, overstretched=0.0, unseen=0.3)
 
 
 def frame_figures(rest: TriangleMesh, vertices: np.ndarray, flipped: float, source: TriangleMesh, samples: int) -> FrameFigures:

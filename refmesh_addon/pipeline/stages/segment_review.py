@@ -26,6 +26,7 @@ from .segments import FINAL, PROBED, Cuts, SegmentPlan, kept_plan
 from .tracking_result import TrackingResult
 
 EXTRA = 0.5  # of the frames of a take: at most so many are deformed by the review beyond the result's
+EXTRA_VIEW = 1.0  # the same of an open take, in which more than bodies changes
 LEAST_EXTRA = 8  # frames, in takes so short that nothing could be tried otherwise
 ROUNDS = 4  # of cuts by probes
 OWN_MESH, AFTER_OWN = "one mesh does not serve both sides: ", "the group before has a mesh of its own: "
@@ -41,7 +42,8 @@ class Allowance:
     @classmethod
     def of(cls, context: Context, plan: SegmentPlan) -> Allowance:
         """For a take, after what its plan has spent."""
-        return cls(max(int(EXTRA * len(context.frames)), LEAST_EXTRA), plan.spent)
+        share = EXTRA if context.frames.take is None else EXTRA_VIEW
+        return cls(max(int(share * len(context.frames)), LEAST_EXTRA), plan.spent)
 
     def take(self, frames: int) -> bool:
         """Whether so many more are allowed; they are spent then."""
