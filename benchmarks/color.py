@@ -1,10 +1,9 @@
-"""Layouts, bakes and drift on a textured sequence whose colors and motion are known.
+"""Layouts and bakes on a textured sequence whose colors are known.
 
     python -m benchmarks.color [--frames 12] [--size 1024] [--source FOLDER] [--set name=value]
 
-The hand and ball of `sample_scenes`, each frame with a mesh, an atlas, an exposure and noise of its own, or a capture on disk, for
-which there is no truth. Seconds are of one core. Drift is the distance of vertices from the true places of the anchor frame's, in
-mean edge lengths, before and after vertices are moved by optical flow and fitted to the source again.
+The hand and ball of `sample_scenes`, each frame with a mesh, an atlas, an exposure and noise of its own, or a capture on disk. Seconds
+are of one core.
 """
 
 from __future__ import annotations
@@ -17,20 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from refmesh_addon.core.color.bake import Capture, baked, placed
-from refmesh_addon.core.color.drift import slid
+from refmesh_addon.core.color.bake import Capture, baked_sharp, placed
 from refmesh_addon.core.color.frame import oriented, textured
 from refmesh_addon.core.color.layout import Layout, measured
-from refmesh_addon.core.color.optical_flow import flow_between
 from refmesh_addon.core.color.projected_layout import projected_layout
 from refmesh_addon.core.color.texels import Texels
 from refmesh_addon.core.color.unlit import eight_views, picture_error
-from refmesh_addon.core.deformation.arap import ArapSolver
-from refmesh_addon.core.deformation.correspondence import Correspondence
-from refmesh_addon.core.deformation.surface_fit import fit_surface
-from refmesh_addon.core.deformation.surface_samples import SurfaceSampler
-from refmesh_addon.core.geometry.closest_point import SurfaceIndex
-from refmesh_addon.core.geometry.mesh import mean_edge_length, triangle_normals
+from refmesh_addon.core.geometry.mesh import triangle_normals
 from refmesh_addon.core.settings import Settings, flat_fields
 from refmesh_addon.core.types import TriangleMesh
 from refmesh_addon.io.appearance import parse_appearance
@@ -44,10 +36,7 @@ from sample_scenes.generators.textured import TEXTURED, TexturedSequence, write_
 
 from .common import assignment
 
-LUMA = np.array([0.299, 0.587, 0.114])
-FLOW_SIZE = 1024  # texels along a side of the pictures that flow is found in
 PICTURE_SIZE = 512
-SLIDES = 3  # times that vertices are moved and the picture baked again
 
 
 def main() -> None:
@@ -61,11 +50,10 @@ def main() -> None:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = arguments.output or Path(scratch)
-        sequence = None if arguments.source else TEXTURED["grasp"]()
-        source = arguments.source or generate(sequence, folder / "frames", arguments.frames, arguments.size)
+        source = arguments.source or generate(TEXTURED["grasp"](), folder / "frames", arguments.frames, arguments.size)
         settings = Settings.from_flat({"resolution": 128, "texture": "off", **dict(arguments.set)})
         run(JobSpec(str(source), str(folder / "out"), settings=settings), lambda *progress: None, print)
-        print(json.dumps(figures(source, folder / "out", arguments.size, sequence)))
+        print(json.dumps(figures(source, folder / "out", arguments.size)))
 
 
 def generate(sequence: TexturedSequence, folder: Path, count: int, size: int) -> Path:
@@ -77,9 +65,9 @@ def generate(sequence: TexturedSequence, folder: Path, count: int, size: int) ->
     return folder
 
 
-def figures(source: Path, output: Path, size: int, sequence: TexturedSequence | None) -> dict[str, object]:
-    """Of layouts, bakes and drift, over all groups of a finished run."""
-    report, rows, drifts, layouts = read_report(output), [], [], []
+def figures(source: Path, output: Path, size: int) -> dict[str, object]:
+    """Of layouts and bakes, over all groups of a finished run."""
+    report, rows, layouts = read_report(output), [], []
     files = dict(zip(report["sequence"]["numbers"], report["sequence"]["files"]))
     for group in report["groups"]:
         reference = read_mesh(output / group["reference"])
@@ -88,9 +76,8 @@ def figures(source: Path, output: Path, size: int, sequence: TexturedSequence | 
         meshes = {number: read_mesh(output / f"deformed/frame_{number:04d}.ply") for number in group["frames"]}
         paths = {number: Path(source) / files[number] for number in group["frames"]}
         rows += [bake_figures(meshes[number], layout, paths[number], size) for number in group["frames"]]
-        drifts += drift_figures(meshes, layout, paths, group["anchor"], len(files), sequence)
-        print(json.dumps({"group": group["index"], **entry, **mean_of(rows), **mean_of(drifts)}), flush=True)
-    return {"size": size, **mean_of(layouts), **mean_of(rows), **mean_of(drifts)}
+        print(json.dumps({"group": group["index"], **entry, **mean_of(rows)}), flush=True)
+    return {"size": size, **mean_of(layouts), **mean_of(rows)}
 
 
 def layout_figures(mesh: TriangleMesh) -> tuple[Layout, dict[str, float]]:
@@ -112,7 +99,7 @@ def bake_figures(deformed: TriangleMesh, layout: Layout, path: Path, size: int) 
     read = time.process_time()
     capture = Capture(oriented(appearance, read_mesh(path)).mesh)
     places = placed(deformed, texels, capture)
-    colors = baked(appearance, places)
+    colors = baked_sharp(appearance, places, texels)
     done = time.process_time()
     image = texels.image(colors)
     encoded(image, ".png")
@@ -123,56 +110,6 @@ def bake_figures(deformed: TriangleMesh, layout: Layout, path: Path, size: int) 
     error = picture_error(appearance, textured(deformed, layout, image), PICTURE_SIZE, eight_views())
     seconds = {"read_s": read - start, "bake_s": done - read, "write_s": written - done, "plain_bake_s": plain}
     return {**seconds, "walk_differs": float((apart > 1e-4).mean()), **{f"{name}": value for name, value in vars(error).items()}}
-
-
-def drift_figures(
-    meshes: dict[int, TriangleMesh], layout: Layout, paths: dict[int, Path], anchor: int, count: int, sequence: TexturedSequence | None
-) -> list[dict[str, float]]:
-    """Of all frames but the anchor: drift from the truth where it is known, and distance from the source, before and after."""
-    texels = Texels.of(layout, FLOW_SIZE)
-    covered = np.zeros(FLOW_SIZE**2, bool)
-    covered[texels.pixels] = True
-    picture = lambda number, mesh: texels.image((_bake(mesh, texels, paths[number]) @ LUMA).astype(np.float32))
-    first, entries, solver = picture(anchor, meshes[anchor]), [], ArapSolver(meshes[anchor])
-    for number in [number for number in meshes if number != anchor]:
-        mesh = result = meshes[number]
-        start, source, inside = time.process_time(), SurfaceIndex(read_mesh(paths[number])), covered.reshape(first.shape)
-        for _ in range(SLIDES):
-            second = picture(number, result)
-            second = second * np.median(first[inside] / np.maximum(second[inside], 1.0))
-            flow = flow_between(first, second, inside)
-            result = slid(result, layout, texels, flow, source)
-        moved, result = result, fitted_again(result, source, solver)
-        entry = {"drift_s": time.process_time() - start, "trusted": float(flow.trusted.ravel()[texels.pixels].mean())}
-        before, slide, after = (source.query(item.vertices).distances.mean() for item in (mesh, moved, result))
-        entry |= {"slide_distance_ratio": float(slide / before), "distance_ratio": float(after / before)}
-        if sequence is not None:
-            times = np.linspace(0.0, 1.0, count)
-            truth = true_places(sequence, meshes[anchor].vertices, times[anchor], times[number])
-            length = mean_edge_length(meshes[anchor])
-            for name, item in (("before", mesh), ("after", result)):
-                drift = np.linalg.norm(item.vertices - truth, axis=1) / length
-                entry |= {f"drift_{name}": float(np.median(drift)), f"drift_mean_{name}": float(drift.mean())}
-                entry[f"drift95_{name}"] = float(np.percentile(drift, 95))
-        print(json.dumps({"frame": number, **mean_of([entry])}), flush=True)
-        entries.append(entry)
-    return entries
-
-
-def fitted_again(mesh: TriangleMesh, source: SurfaceIndex, solver: ArapSolver) -> TriangleMesh:
-    """The mesh after the rounds of fitting with which a deformation ends; they move vertices hardly along the surface."""
-    return mesh.moved(fit_surface(solver, mesh.vertices, Correspondence(source, SurfaceSampler(solver.mesh))).vertices)
-
-
-def _bake(mesh: TriangleMesh, texels: Texels, path: Path) -> np.ndarray:
-    appearance = parse_appearance(path.read_bytes(), path)[0]
-    return baked(appearance, placed(mesh, texels, Capture(appearance.mesh)))
-
-
-def true_places(sequence: TexturedSequence, points: np.ndarray, start: float, end: float) -> np.ndarray:
-    """(N, 3) where (N, 3) points of one moment truly are at another."""
-    labels = sequence.sequence.labels(points, start)
-    return sequence.sequence.motion(sequence.sequence.rest(points, labels, start), labels, end)
 
 
 def mean_of(rows: list[dict[str, float]]) -> dict[str, float]:

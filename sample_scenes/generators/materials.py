@@ -1,4 +1,4 @@
-"""Material colors that are known at every point of a body: slow waves, a checker, and letters."""
+"""Material colors that are known at every point of a body: slow waves, a checker, letters, and blotches."""
 
 from __future__ import annotations
 
@@ -42,6 +42,21 @@ def checker(cell: float, colors: tuple[tuple[float, float, float], tuple[float, 
     def color(points: np.ndarray) -> np.ndarray:
         odd = np.floor(points / cell + 0.25).astype(int).sum(axis=1) % 2
         return np.where(odd[:, None] == 1, second, first)
+
+    return color
+
+
+def blotches(length: float, colors: tuple[tuple[float, float, float], tuple[float, float, float]]) -> Material:
+    """Spots of two colors, as on printed cloth, that repeat nowhere nearby: the sign of waves in six directions.  length : of a wave."""
+    first, second = np.array(colors)
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(6, 3))
+    directions *= (2 * np.pi / length) * rng.uniform(0.7, 1.4, (6, 1)) / np.linalg.norm(directions, axis=1, keepdims=True)
+    phases = rng.uniform(0, 2 * np.pi, 6)
+
+    def color(points: np.ndarray) -> np.ndarray:
+        dark = np.sin(points @ directions.T + phases).sum(axis=1) > 0
+        return np.where(dark[:, None], second, first)
 
     return color
 

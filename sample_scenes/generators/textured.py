@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from refmesh_addon.io.images import write_image
 from refmesh_addon.pipeline.session.unwrapping import unwrapped
 
 from .bodies import Sequence
-from .materials import Material, checker, letters, waves
+from .materials import Material, blotches, checker, letters, waves
 from .sequences import BALL_RADIUS, SEQUENCES
 
 EXPOSURE_SWING = 0.12  # of the linear light, up and down over the take, with a phase of its own for each channel
@@ -77,6 +79,16 @@ def textured_grasp() -> TexturedSequence:
     skin = waves(90.0, ((0.78, 0.55, 0.42), (0.60, 0.36, 0.27)))
     squares = checker(7.0, ((1.0, 1.0, 1.0), (0.72, 0.80, 0.86)))
     hand = lambda points: skin(points) * squares(points)
+    return TexturedSequence(SEQUENCES["grasp"](), (hand, lettered_ball()))
+
+
+def textured_clasp() -> TexturedSequence:
+    """A hand in a printed glove and the same ball. Millimeters."""
+    return TexturedSequence(SEQUENCES["clasp"](), (printed(140.0), lettered_ball()))
+
+
+def lettered_ball() -> Material:
+    """Letters on slow waves, around a ball at the origin."""
     paper = waves(60.0, ((0.20, 0.38, 0.62), (0.28, 0.62, 0.58)))
 
     def page(points: np.ndarray) -> np.ndarray:
@@ -85,10 +97,24 @@ def textured_grasp() -> TexturedSequence:
         scale = BALL_RADIUS / 2.2
         return np.column_stack([np.arctan2(y, x) * scale, np.arcsin(np.clip(z, -1, 1)) * scale])
 
-    return TexturedSequence(SEQUENCES["grasp"](), (hand, letters("REFMESH ", page, (0.96, 0.92, 0.80), paper)))
+    return letters("REFMESH ", page, (0.96, 0.92, 0.80), paper)
 
 
-TEXTURED = {"grasp": textured_grasp}
+def printed(reach: float) -> Material:
+    """Cloth with blotches on slow waves.  reach : of the sequence, which sets the lengths of both."""
+    cloth = waves(0.8 * reach, ((0.85, 0.65, 0.45), (0.45, 0.70, 0.85)))
+    spots = blotches(0.12 * reach, ((1.0, 1.0, 1.0), (0.45, 0.40, 0.50)))
+    return lambda points: cloth(points) * spots(points)
+
+
+def textured_body(name: str) -> TexturedSequence:
+    """A sequence whose bodies are all of one printed cloth."""
+    sequence = SEQUENCES[name]()
+    return TexturedSequence(sequence, (printed(sequence.reach),) * len(sequence.bodies))
+
+
+TEXTURED: dict[str, Callable[[], TexturedSequence]] = {"grasp": textured_grasp, "clasp": textured_clasp}
+TEXTURED |= {name: partial(textured_body, name) for name in ("tumble", "beam", "collide", "walk")}
 
 
 def write_frame(folder: Path, stem: str, frame: TexturedFrame, extension: str = ".png", decimals: int = 3) -> None:

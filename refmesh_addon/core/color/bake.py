@@ -104,6 +104,16 @@ def _searched_anew(deformed: TriangleMesh, texels: Texels, capture: Capture, nor
 
 def baked(appearance: Appearance, places: Places) -> np.ndarray:
     """(N, 3) uint8 colors at places on a captured surface; the places are on `appearance.mesh`."""
+    return np.rint(exact_colors(appearance, places)).astype(np.uint8)
+
+
+def baked_sharp(appearance: Appearance, places: Places, texels: Texels) -> np.ndarray:
+    """(N, 3) uint8 colors of the texels with which a surface shows those of the capture, without the blur of interpolating twice."""
+    return np.clip(np.rint(texels.sharpened(exact_colors(appearance, places))), 0, 255).astype(np.uint8)
+
+
+def exact_colors(appearance: Appearance, places: Places) -> np.ndarray:
+    """(N, 3) float32 colors, 0 to 255, at places on `appearance.mesh`."""
     blocks = [slice(at, at + BLOCK) for at in range(0, len(places.triangles), BLOCK)]
     colors = [appearance.at(places.triangles[block], places.shares[block]) for block in blocks]
-    return np.concatenate([np.rint(color).astype(np.uint8) for color in colors] or [np.empty((0, 3), np.uint8)])
+    return np.concatenate(colors or [np.empty((0, 3), np.float32)])

@@ -1,11 +1,12 @@
 """Drift of a frame removed by its colors: vertices slide until the frame's bake is the anchor frame's, wherever the two then agree.
 
-Flow that was misled, by a pattern that repeats or by a contact, ends where the pictures still differ: such slides are taken back.
+Flow that was misled, by a pattern that repeats or by a contact, ends where the pictures still differ: such slides are not kept.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -22,20 +23,19 @@ from .optical_flow import flow_between
 from .texels import Texels
 
 SIZE = 1024  # texels along a side of the pictures that are compared
-SLIDES = 3  # each is found in a bake of the mesh as the one before has left it; further ones move vertices by less than a tenth of an edge
+SLIDES = 2  # by default, each from a bake of the mesh as the one before has left it; further ones move by less than a tenth of an edge
 # Mean difference of two pictures around a vertex, gray levels, below which they show the same. Noise of cameras and resampling
 # leave about two; where flow was misled, half of the vertices have more than 15, and one in ten has 6.
 SAME = 6.0
-BETTER = 0.7  # share of the difference before that may be left
 ROUNDS = 8  # of averaging over neighbors: a repeated pattern matches itself at single places, not over a surrounding
 
 
 @dataclass(frozen=True)
 class Slide(FrozenArrays):
-    """vertices : (R, 3) scene units.  agreeing : (R,) bool, vertices whose slides were kept; the others follow their neighbors."""
+    """vertices : (R, 3) scene units.  agreeing : (R,) bool, vertices that show the same as in the anchor frame; the others follow them."""
 
-    vertices: np.ndarray
-    agreeing: np.ndarray
+    vertices: Annotated[np.ndarray, "(R, 3) float64"]
+    agreeing: Annotated[np.ndarray, "(R) bool"]
 
 
 @dataclass(frozen=True)
@@ -52,28 +52,46 @@ class View:
     appearance: Appearance
 
 
-class AnchorPicture:
-    """The picture of a group's anchor frame on the layout of its mesh, with which other frames are compared."""
+class Canvas:
+    """What pictures of one reference mesh are compared on, worked out once.
 
-    def __init__(self, layout: Layout, anchor: View, size: int = SIZE):
-        self._layout, self._texels = layout, Texels.of(layout, size)
-        self._blind, self._averaging = anchor.blind, _averaging(anchor.deformed)
+    size : texels along a side.
+    """
+
+    def __init__(self, mesh: TriangleMesh, layout: Layout, size: int = SIZE):
+        self.layout, self.texels, self.averaging = layout, Texels.of(layout, size), _averaging(mesh)
+
+
+class AnchorPicture:
+    """The picture of one frame, the anchor, on the layout of its mesh, with which other frames are compared."""
+
+    def __init__(self, canvas: Canvas, anchor: View):
+        self._layout, self._texels, self._averaging, self._blind = canvas.layout, canvas.texels, canvas.averaging, anchor.blind
         self._picture = self._baked(anchor.deformed, _capture(anchor))
 
-    def without_drift(self, view: View) -> Slide:
-        """The mesh of another frame with its vertices moved along the source, as far as the pictures agree afterward."""
+    def without_drift(self, view: View, guess: np.ndarray | None = None, slides: int = SLIDES) -> Slide:
+        """The mesh of another frame with its vertices moved along the source, as far as the pictures agree afterward.
+
+        guess : (R, 3) scene units, about where they go, for slides that are too long for the flow; None starts where they are.
+        slides : how often they are moved; one is enough after a good guess.
+        """
         capture, source = _capture(view), SurfaceIndex(view.source)
         mask = self._visible(view)
-        moved, pictures = view.deformed, [self._evened(self._baked(view.deformed, capture), mask)]
-        for _ in range(SLIDES):
-            moved = slid(moved, self._layout, self._texels, flow_between(self._picture, pictures[-1], mask), source)
-            pictures.append(self._evened(self._baked(moved, capture), mask))
-        before, after = (self._difference(picture, mask, view.deformed) for picture in (pictures[0], pictures[-1]))
-        agreeing = (after < SAME) & (after < BETTER * before)
+        shown = lambda mesh: self._evened(self._baked(mesh, capture), mask)
+        moved, before = view.deformed, shown(view.deformed)
+        after = before
+        if guess is not None:
+            moved = moved.moved(guess)
+            after = shown(moved)
+        for _ in range(slides):
+            moved = slid(moved, self._layout, self._texels, flow_between(self._picture, after, mask), source)
+            after = shown(moved)
+        old, new = (self._difference(picture, mask, view.deformed) for picture in (before, after))
+        agreeing = (new < SAME) & (new <= old)
         if not agreeing.any():
             return Slide(view.deformed.vertices, agreeing)
-        offsets = moved.vertices - view.deformed.vertices
-        return Slide(displaced(view.deformed, offsets, agreeing.astype(float), source).vertices, agreeing)
+        following = displaced(view.deformed, moved.vertices - view.deformed.vertices, agreeing.astype(float), source)
+        return Slide(np.where(agreeing[:, None], moved.vertices, following.vertices), agreeing)
 
     def _baked(self, mesh: TriangleMesh, capture: _ColoredCapture) -> np.ndarray:
         """(size, size) float32 gray levels."""

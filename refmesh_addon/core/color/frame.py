@@ -14,7 +14,7 @@ from ..geometry.mesh import triangle_normals, triangles_at, vertex_normals
 from ..geometry.vectors import row_dot
 from ..types import FrozenArrays, TriangleMesh
 from .appearance import Appearance
-from .bake import Capture, Places, baked, placed
+from .bake import Capture, Places, baked, baked_sharp, placed
 from .layout import Layout
 from .texels import Texels
 from .unlit import PictureError, eight_views, picture_error
@@ -48,7 +48,7 @@ def bake_texels(deformed: TriangleMesh, layout: Layout, texels: Texels, source: 
     places = placed(deformed, texels, Capture(appearance.mesh))
     hidden = hidden_vertices(deformed, source)[deformed.triangles[texels.triangles]].astype(np.float32)
     weight = hidden[:, 0] + texels.shares[:, 0] * (hidden[:, 1] - hidden[:, 0]) + texels.shares[:, 1] * (hidden[:, 2] - hidden[:, 0])
-    colors = baked(appearance, places)
+    colors = baked_sharp(appearance, places, texels)
     error = picture_error(appearance, textured(deformed, layout, texels.image(colors)), PICTURE_SIZE, eight_views())
     return BakedFrame(colors, places.matched & (weight < HIDDEN), error)
 

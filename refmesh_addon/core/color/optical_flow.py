@@ -14,7 +14,8 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from ..types import FrozenArrays
 
 WINDOW = 3.0  # standard deviation of the window, pixels of each level
-ROUNDS = 4  # per level; further ones move by less than a tenth of a pixel
+ROUNDS = 4  # per level at most; further ones move by less than a tenth of a pixel
+SETTLED = 0.05  # pixels that textured places move by in the mean, below which a level is done
 SMALLEST = 32  # pixels along a side of the coarsest level
 LONGEST_STEP = 2.0  # pixels in a round: beyond, the linear model does not hold
 STRUCTURE = 4.0  # smallest eigenvalue of the structure tensor, squared gray levels per pixel, above which a place has texture
@@ -65,6 +66,7 @@ def _refined(first: np.ndarray, second: np.ndarray, weight: np.ndarray, offsets:
     structure = 0.5 * (xx + yy) - np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
     steady_xx, steady_yy = xx + 0.25 * STRUCTURE, yy + 0.25 * STRUCTURE  # flat places stay where the level above put them
     determinant = steady_xx * steady_yy - xy * xy
+    textured = (inner > 0) & (structure > STRUCTURE)
     y, x = np.indices(first.shape, dtype=np.float32)
     for _ in range(ROUNDS):
         at = x + offsets[..., 0], y + offsets[..., 1]
@@ -74,6 +76,8 @@ def _refined(first: np.ndarray, second: np.ndarray, weight: np.ndarray, offsets:
         right, down = (blur(valid * slope * change) / share for slope in (slope_x, slope_y))
         step = np.stack([steady_yy * right - xy * down, steady_xx * down - xy * right], axis=-1) / determinant[..., None]
         offsets = offsets + np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+        if not textured.any() or np.abs(step[textured]).mean() < SETTLED:
+            break
     return offsets.astype(np.float32), structure
 
 

@@ -35,6 +35,7 @@ from .surface_fit import NOTHING, Unpaired, fit_surface
 from .surface_samples import SurfaceSampler
 
 START_WEIGHT = 0.5  # pull of every vertex to where the centers carry it: key points are an edge or so off and must not win everywhere
+FOLLOWING_WEIGHT = 0.01  # the same of vertices that only follow those whose places are known: they must not keep a shape that has gone on
 TOLERANCE = 1e-5  # share of the energy per iteration of ARAP; the surface then moves by some ten thousandths of an edge
 # In s: a triangle has one place for all of it where the bodies that it may belong to are sought, so that larger ones are divided.
 LONGEST_EDGE = 2.5
@@ -131,12 +132,17 @@ class ReferenceDeformer:
         return self._fitted(pose, mesh, centers)
 
     def fitted_again(
-        self, frame: DeformedFrame, vertices: np.ndarray, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray
+        self, frame: DeformedFrame, vertices: np.ndarray, known: np.ndarray, targets: np.ndarray, mesh: TriangleMesh, centers: np.ndarray
     ) -> DeformedFrame:
         """A deformed frame after its vertices were moved along the surface: on the source again, as when it was first deformed.
 
-        vertices : (R, 3) where they were moved to.  targets, mesh, centers : those that `to` took.
+        vertices : (R, 3) where they were moved to.  known : (R,) bool, those that belong there. Between them the mesh takes its own shape
+        again: the dent of a contact belongs to other vertices now.
+        targets, mesh, centers : those that `to` took.
         """
+        handles = np.flatnonzero(known)
+        rounds = self._settings.arap_iterations
+        vertices = self._solver.deform(handles, vertices[handles], vertices, iterations=rounds, start_weight=FOLLOWING_WEIGHT).vertices
         pose = Pose(vertices, frame.rotations, self._carrier(targets).binding.owners, frame.keypoints, frame.keypoint_targets)
         return self._fitted(pose, mesh, centers)
 

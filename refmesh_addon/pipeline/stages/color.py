@@ -30,7 +30,7 @@ from .deformation import DeformedSequence
 from .groups import FrameGroup
 from .texture_layouts import texture_layouts
 
-BAKE_SCHEMA = 4
+BAKE_SCHEMA = 5
 STEADY_SCHEMA = 2
 FILES_SCHEMA = 2
 MOST_STEADY_FRAMES = 9  # frames of a group whose median makes the steady texture, evenly spread: all are in memory at once

@@ -22,7 +22,7 @@ from ..session.cached_map import CachedResults, WorkUnit, cached_map, finished_u
 from ..session.context import Context
 from ..session.job import DEFORMATION
 from ..session.stage_share import StageShare
-from .drift import FITTING, SLIDING, drift_removal
+from .drift import FITTING, SLIDING, Fitted, drift_removal
 from .drift_units import UndriftedFrame, remove_drift
 from .groups import FrameGroup
 from .reference import References
@@ -178,11 +178,8 @@ def _work(context: Context, tracking: TrackingResult, references: References) ->
     if context.settings.color.color_drift == "off":
         return plain
     fitted = cached_map(context, deform_reference, units, DeformedFrame, plain.share)
-    removal = drift_removal(context, references, groups)
-    if removal is None:
-        return plain
-    sliding = {at: removal.unit(context, references, unit, fitted, at) for at, unit in units.items()}
-    return _Work(removal.groups, sliding, remove_drift, UndriftedFrame, SLIDING)
+    removal = drift_removal(context, references, groups, Fitted(units, fitted))
+    return plain if removal is None else _Work(removal.groups, removal.units, remove_drift, UndriftedFrame, SLIDING)
 
 
 def fitting_share(settings: Settings) -> StageShare:

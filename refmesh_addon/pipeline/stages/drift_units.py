@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.color.drift_removal import AnchorPicture, View
+from ...core.color.drift_removal import AnchorPicture, Canvas, Slide, View
 from ...core.color.layout import Layout
 from ...core.deformation.deformer import DeformedFrame, GroupReference, ReferenceDeformer
 from ...core.geometry.closest_point import SurfaceIndex
@@ -17,6 +17,7 @@ from ...core.types import Keyed, TriangleMesh
 from ...io.appearance import parse_appearance
 from ...io.meshes import read_bytes
 
+STEP_SIZE = 512  # texels along a side of the pictures of neighbors: they only say about where vertices go
 WORST = 1.05  # of the distance to the source before, above which a frame stays as it was
 
 
@@ -50,27 +51,63 @@ class UndriftedFrame(DeformedFrame):
     distance_after: float = 0.0
 
 
+@dataclass(frozen=True)
+class ColoredFrame:
+    """frame : as deformed.  surface : its source.  path : of its file."""
+
+    frame: DeformedFrame
+    surface: TriangleMesh
+    path: Path
+
+
+@dataclass(frozen=True, eq=False)
+class StepLayout(Keyed):
+    """layout : of a group's reference mesh."""
+
+    key: str
+    mesh: TriangleMesh
+    layout: Layout
+
+
+def slide_from_neighbor(shared: StepLayout, neighbor: ColoredFrame, own: ColoredFrame) -> Slide:
+    """A frame with its vertices moved to where its neighbor has the same colors."""
+    views = [_view(shared.mesh, side) for side in (neighbor, own)]
+    if views[0] is None or views[1] is None:
+        return Slide(own.frame.vertices, np.zeros(len(own.frame.vertices), bool))
+    return AnchorPicture(_canvas(shared), views[0]).without_drift(views[1])
+
+
+@latest_only
+def _canvas(shared: StepLayout) -> Canvas:
+    return Canvas(shared.mesh, shared.layout, STEP_SIZE)
+
+
+def _view(mesh: TriangleMesh, own: ColoredFrame) -> View | None:
+    """None for a frame without color."""
+    appearance = parse_appearance(read_bytes(own.path), own.path)[0]
+    return None if appearance is None else View(mesh.moved(own.frame.vertices), _blind(own.frame), own.surface, appearance)
+
+
 def remove_drift(
-    shared: ColoredReference, frame: DeformedFrame, targets: np.ndarray, surface: TriangleMesh, centers: np.ndarray, path: Path
+    shared: ColoredReference, own: ColoredFrame, guess: np.ndarray, targets: np.ndarray, centers: np.ndarray
 ) -> UndriftedFrame:
     """A deformed frame with its vertices moved to where the anchor frame has the same colors, and on its source again.
 
     It stays as it was where no colors agree, and where it would be farther from its source.
-    targets, surface, centers : with which the frame was deformed.  path : of its file.
+    guess : (R, 3) about where the vertices go.  targets, centers : with which the frame was deformed.
     """
-    prepared = _prepared(shared)
-    appearance = parse_appearance(read_bytes(path), path)[0] if prepared.picture is not None else None
-    if prepared.picture is None or appearance is None:
+    prepared, frame, mesh = _prepared(shared), own.frame, shared.reference.mesh
+    view = _view(mesh, own) if prepared.picture is not None else None
+    if prepared.picture is None or view is None:
         return _undrifted(frame)
-    mesh = shared.reference.mesh
-    slide = prepared.picture.without_drift(View(mesh.moved(frame.vertices), _blind(frame), surface, appearance))
-    source = SurfaceIndex(surface)
+    slide = prepared.picture.without_drift(view, guess, slides=1)
+    source = SurfaceIndex(own.surface)
     before = _distance(frame, source)
     if not slide.agreeing.any():
         return _undrifted(frame, distance_before=before, distance_after=before)
-    result = prepared.deformer.fitted_again(frame, slide.vertices, targets, surface, centers)
+    result = prepared.deformer.fitted_again(frame, slide.vertices, slide.agreeing, targets, own.surface, centers)
     after = _distance(result, source)
-    if after > WORST * before:  # further fits would bring it nearer, but fold one triangle in a hundred
+    if after > WORST * before:
         return _undrifted(frame, distance_before=before, distance_after=before)
     moved = np.linalg.norm(result.vertices - frame.vertices, axis=1).mean() / mean_edge_length(mesh)
     return _undrifted(result, agreeing=float(slide.agreeing.mean()), slide=float(moved), distance_before=before, distance_after=after)
@@ -84,12 +121,9 @@ class _Prepared:
 
 @latest_only
 def _prepared(shared: ColoredReference) -> _Prepared:
-    appearance = parse_appearance(read_bytes(shared.path), shared.path)[0]
-    deformer = ReferenceDeformer(shared.reference)
-    if appearance is None:
-        return _Prepared(deformer, None)
-    anchor = View(shared.reference.mesh.moved(shared.anchor.vertices), _blind(shared.anchor), shared.source, appearance)
-    return _Prepared(deformer, AnchorPicture(shared.layout, anchor))
+    deformer, mesh = ReferenceDeformer(shared.reference), shared.reference.mesh
+    anchor = _view(mesh, ColoredFrame(shared.anchor, shared.source, shared.path))
+    return _Prepared(deformer, None if anchor is None else AnchorPicture(Canvas(mesh, shared.layout), anchor))
 
 
 def _blind(frame: DeformedFrame) -> np.ndarray:

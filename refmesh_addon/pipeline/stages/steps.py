@@ -11,7 +11,7 @@ from ..session.job import COLOR, DEFORMATION, EVALUATION, REFERENCE, TRACKING, J
 from ..session.stage_share import StageShare
 from .color import BAKING, FILES, LAYOUTS, STEADY, SURVEY
 from .deformation import BLOCK, SMOOTHING, fitting_share
-from .drift import LAYING_OUT, SLIDING, SURVEYING
+from .drift import LAYING_OUT, SLIDING, STEPPING, SURVEYING
 from .evaluation import FRAMES
 from .reference import ALIGNING, BUILDING, PLACING
 
@@ -62,6 +62,7 @@ def _steps(spec: JobSpec, frames: int) -> Iterator[JobStep]:
         if spec.settings.color.color_drift != "off":
             yield JobStep("drift_survey", "Survey Colors for Drift", SURVEYING, frames)
             yield JobStep("drift_layout", "Lay Out Textures for Drift", LAYING_OUT, groups)
+            yield JobStep("drift_steps", "Compare Neighbors", STEPPING, frames)
             yield JobStep("drift", "Remove Drift", SLIDING, frames)
         yield JobStep("smooth", "Smooth", SMOOTHING, ceil(frames / BLOCK) if groups == 1 else groups)
     if EVALUATION in stages:

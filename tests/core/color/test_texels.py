@@ -56,3 +56,21 @@ def test_gutters_take_the_nearest_texel():
     for pixel in TEXELS.gutter[:: len(TEXELS.gutter) // 50]:
         distance = (row - pixel // SIZE) ** 2 + (column - pixel % SIZE) ** 2
         assert distance[image.ravel()[pixel]] == distance.min()
+
+
+def test_sharpened_texels_show_the_values_where_they_are_and_in_between():
+    """Waves of eight texels along u, seen by linear interpolation between the middles of texels."""
+    wave = lambda u: np.sin(2 * np.pi * u * SIZE / 8)
+    row, column = np.divmod(TEXELS.pixels, SIZE)
+    values = wave((column[:, None] + 0.5) / SIZE)
+    deep = rasterized(LAYOUT.pixels(SIZE), SIZE, SIZE).pixels
+    inside = np.isin(TEXELS.pixels, deep) & np.isin(TEXELS.pixels + 1, deep)
+    right = np.array([0.0, 0.25, 0.5, 0.75])
+
+    def error(shown: np.ndarray) -> float:
+        image = TEXELS.image(shown)[..., 0]
+        one, other = (image[row[inside], column[inside] + step][:, None] for step in (0, 1))
+        return np.abs(one + right * (other - one) - wave((column[inside][:, None] + 0.5 + right) / SIZE)).mean()
+
+    assert error(TEXELS.sharpened(values)) < 0.8 * error(values)
+    assert_allclose(TEXELS.sharpened(np.full((len(TEXELS.pixels), 2), 7.0)), 7.0, atol=1e-5)
