@@ -25,7 +25,7 @@ PAGES = {
     "track": ("track track_advanced centers", 446),
     "reference": ("reference groups bodies", 676),
     "deform": ("deform", 388),
-    "color": ("color", 212),
+    "color": ("color", 236),
     "export": ("export", 202),
 }
 
