@@ -45,7 +45,9 @@ def report_bodies(context: Context, tracking: TrackingResult, found: TakeBodies)
         middle = tuple(tracking.positions[max(first, 0), own].mean(axis=0).tolist())
         context.report.bodies.append(BodyReport(int(own.sum()), middle, frames, bool(found.by_motion[body])))
     _warn(context, found.by_motion, "touch in the first frame, but move apart in frames {}-{}")
-    _warn(context, found.joined & ~found.by_motion, "touch in other frames, but are apart in frames {}-{}")
+    always = (found.rows == [0, len(context.numbers) - 1]).all(axis=1)
+    _warn(context, found.joined & ~found.by_motion & ~always, "touch in other frames, but are apart in frames {}-{}")
+    _warn(context, found.joined & ~found.by_motion & always, "have only a narrow gap between them in all frames, {}-{}")
 
 
 def _warn(context: Context, chosen: np.ndarray, what: str) -> None:
