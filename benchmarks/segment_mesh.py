@@ -18,9 +18,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from refmesh_addon.core.evaluation.stretch import RestShape
 from refmesh_addon.core.geometry.half_edges import HalfEdges
 from refmesh_addon.core.geometry.mesh import triangle_areas, vertex_components
+from refmesh_addon.core.geometry.stretch import RestShape
 from refmesh_addon.core.reference.budget import triangle_budget
 from refmesh_addon.core.reference.group import ReferenceMesh
 from refmesh_addon.core.settings import Settings, flat_fields

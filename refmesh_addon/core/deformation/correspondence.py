@@ -51,6 +51,10 @@ class Pairs(FrozenArrays):
         used = self.shares.ravel() != 0
         return sparse.csr_matrix((self.shares.ravel()[used], (index[used], self.corners.ravel()[used])), shape=(len(self.corners), count))
 
+    def where(self, chosen: np.ndarray) -> Pairs:
+        """Those that are marked or listed in `chosen`."""
+        return Pairs(*(getattr(self, item.name)[chosen] for item in fields(self)))
+
     def joined(self, other: Pairs) -> Pairs:
         """These and the others."""
         return Pairs(*(np.concatenate([getattr(self, item.name), getattr(other, item.name)]) for item in fields(self)))

@@ -31,7 +31,8 @@ from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
 from .outliers import Surroundings, VisibleSource, without_outliers
 from .patches import PATCH_RADIUS, Patches, surface_patches
 from .presence import ABSENT, OUT_OF_VIEW, absent_bodies
-from .surface_fit import NOTHING, Unpaired, fit_surface
+from .strain_relief import StrainRelief
+from .surface_fit import NOTHING, FitResult, Unpaired, fit_surface
 from .surface_samples import SurfaceSampler
 
 START_WEIGHT = 0.5  # pull of every vertex to where the centers carry it: key points are an edge or so off and must not win everywhere
@@ -116,6 +117,9 @@ class ReferenceDeformer:
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
+        on_lines = np.zeros(len(reference.mesh.vertices), dtype=bool)
+        on_lines[[] if reference.features is None else reference.features] = True
+        self._relief = StrainRelief(self._solver, on_lines)
         self._length = mean_edge_length(reference.mesh)
         self._patches = self._patches_at(reference.mesh, self._keypoints_of(reference.mesh))
         self._compatible = (reference.centers.affinity > COMPATIBLE_AFFINITY).toarray()
@@ -160,8 +164,9 @@ class ReferenceDeformer:
         fitted = fit_surface(self._solver, pose.vertices, correspondence, self._settings.fit_rounds, unpaired=unpaired)
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)
-        unseen = hidden(fitted.vertices) | self._out_of_view(fitted.held)
-        deformed = self._mesh.moved(unfolded(self._solver, fitted.vertices, pose.vertices, facing, unseen))
+        placed = self._relieved(fitted, hidden(fitted.vertices), correspondence)
+        unseen = hidden(placed) | self._out_of_view(fitted.held)
+        deformed = self._mesh.moved(unfolded(self._solver, placed, pose.vertices, facing, unseen))
         if self._settings.fit_rounds:  # otherwise all of the surface is off the source
             around = Surroundings.of(self._solver.energy.adjacency, self._length, fitted.held | hidden(deformed.vertices))
             deformed = without_outliers(deformed, facing, around, VisibleSource(source, enclosed))
@@ -175,6 +180,12 @@ class ReferenceDeformer:
             curled=facing.curled(deformed.vertices),
             rotation_vectors=Rotation.from_matrix(rotations).as_rotvec(),
         )
+
+    def _relieved(self, fitted: FitResult, hidden: np.ndarray, correspondence: Correspondence) -> np.ndarray:
+        """(R, 3) vertices of a fit without strains that sliding relieves; those of open surfaces, whose borders move, as they are."""
+        if self._is_view or not self._settings.fit_rounds:
+            return fitted.vertices
+        return self._relief.relieved(fitted.vertices, correspondence, ~(fitted.held | hidden))
 
     def _hidden(self, owners: np.ndarray, centers: np.ndarray, enclosed: Enclosed) -> Callable[[np.ndarray], np.ndarray]:
         """Which vertices lie in a contact, (R,) bool, where they are at (R, 3) positions; arguments as of `behind_contact`."""

@@ -75,7 +75,7 @@ NOTHING = Unpaired()
 
 
 @dataclass(frozen=True)
-class _Round:
+class Round:
     """limits : of its pairs.  pull : weight of a pair.  planes : whether pairs pull to planes.  inset : scene units."""
 
     limits: Limits
@@ -106,13 +106,14 @@ def fit_surface(
     array([0.01, 0.01, 0.01, 0.01])
     """
     fit, residuals = _Fit(solver, solver.mesh.moved(np.asarray(start, dtype=np.float64)), correspondence, unpaired), np.zeros(rounds)
-    for number, setting in enumerate(_schedule(fit.mesh, rounds)):
+    for number, setting in enumerate(schedule(fit.mesh, rounds)):
         residuals[number] = fit.advance(setting)
         progress((number + 1) / rounds)
     return FitResult(fit.mesh.vertices, residuals, ~fit.touched)
 
 
-def _schedule(start: TriangleMesh, rounds: int) -> Iterator[_Round]:
+def schedule(start: TriangleMesh, rounds: int) -> Iterator[Round]:
+    """The rounds of a fit, from loose to tight.  start : the surface before them."""
     size, length = np.sqrt(triangle_areas(start).sum()), mean_edge_length(start)
     fine = min(1.0, LAST_EDGES * length / (REACH[1] * size))
     ends = (PULL[0], fine**2 * PULL[1]), (REACH[0], fine * REACH[1]), COSINE
@@ -120,7 +121,7 @@ def _schedule(start: TriangleMesh, rounds: int) -> Iterator[_Round]:
         pull, reach, cosine = (_between(pair, number, rounds) for pair in ends)
         early, last = number < rounds // 2, number == rounds - 1
         stride = 1 if last else EARLY_STRIDE if early else LATE_STRIDE
-        yield _Round(Limits(reach * size, cosine, stride), pull, not early, 0.0 if early else INSET * length)
+        yield Round(Limits(reach * size, cosine, stride), pull, not early, 0.0 if early else INSET * length)
 
 
 class _Fit:
@@ -136,7 +137,7 @@ class _Fit:
         self.mesh, self.rotations = start, np.tile(np.eye(3), (count, 1, 1))  # the start is the rest shape
         self.trust, self.touched = np.ones(count), np.zeros(count, dtype=bool)
 
-    def advance(self, setting: _Round) -> float:
+    def advance(self, setting: Round) -> float:
         """One round; returns the mean distance of its pairs, 0 where there is none."""
         reached = self._correspondence.from_reference(self.mesh, setting.limits, setting.inset)
         reaching = self._correspondence.from_source(self.mesh, self._of_source(setting.limits), setting.planes)
@@ -157,7 +158,7 @@ class _Fit:
         count = len(self.trust)
         return (pull * self.trust)[pairs.corners].min(axis=1) * pairs.weights * (count / max(len(pairs.corners), 1))
 
-    def _solve(self, pairs: Pairs, weights: np.ndarray, setting: _Round) -> None:
+    def _solve(self, pairs: Pairs, weights: np.ndarray, setting: Round) -> None:
         """One ARAP iteration."""
         count = len(self.trust)
         touched = np.zeros(count, dtype=bool)
@@ -174,7 +175,7 @@ class _Fit:
         touched[fixed] = True
         self.touched = touched
 
-    def _lines(self, setting: _Round) -> tuple[np.ndarray, np.ndarray]:
+    def _lines(self, setting: Round) -> tuple[np.ndarray, np.ndarray]:
         """Vertices that go to the lines of the source exactly, and where: in the later rounds, those that are not at a fold."""
         if self._unpaired.lines is None or not setting.planes:
             return np.zeros(0, dtype=np.int64), np.zeros((0, 3))

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import triangle_areas
+from ..geometry.stretch import RestShape
 from ..types import FrozenArrays, TriangleMesh
 from .distances import Distances
 from .metrics import SEED
 from .sampled_surface import SampledSurface
 from .shown_surface import SHOWN, shown_vertices
-from .stretch import RestShape
 
 # A mesh of the whole segment may be this many times as far from the source as the group's own, in the mean and at the 99th percentile:
 # seen side by side, distances that differ by less look the same.

@@ -8,7 +8,7 @@ from dataclasses import replace
 from ...core.evaluation.error_scale import error_colors
 from ...core.evaluation.far_places import FAR, FarPlaces
 from ...core.evaluation.metrics import MeasuredFrame
-from ...core.evaluation.stretch import RestShape
+from ...core.geometry.stretch import RestShape
 from ...io.files import output_folder
 from ...io.frame_range import format_ranges
 from ...io.pc2 import write_pc2

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.evaluation.segment_limits import FrameFigures, excess, passed_limits, usual_figures, worse_of
-from ...core.evaluation.stretch import RestShape
+from ...core.geometry.stretch import RestShape
 from ..session.context import Context
 from .deformation import DeformedSequence
 from .evaluation import measure_frames

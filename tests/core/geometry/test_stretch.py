@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from refmesh_addon.core.evaluation.stretch import STRETCHED, RestShape
+from refmesh_addon.core.geometry.stretch import STRETCHED, RestShape
 from refmesh_addon.core.types import TriangleMesh
 
 from ..shapes import TILT, ball

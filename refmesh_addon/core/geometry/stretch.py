@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.mesh import triangle_areas
-from ..geometry.vectors import TINY, row_dot
 from ..types import TriangleMesh
+from .mesh import triangle_areas
+from .vectors import TINY, row_dot
 
 FLATTEST = 1e-9  # height of a triangle over its base, below which it has no shape that could be stretched
 STRETCHED = 3.0  # factor beyond which a triangle counts as over-stretched: texture and shading show it by then
@@ -25,15 +25,21 @@ class RestShape:
         self._height = np.maximum(height, FLATTEST * length)
 
     def stretches(self, vertices: np.ndarray) -> np.ndarray:
-        """(S,) largest factor by which each triangle is stretched in any direction, with the vertices at (R, 3) positions.
+        """(S,) largest factor by which each triangle is stretched in any direction, with the vertices at (R, 3) positions."""
+        return self.factors(vertices)[0]
 
-        It is the larger singular value of the linear map from the triangle at rest to the triangle as it is.
+    def factors(self, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(S,) largest and (S,) smallest factor by which each triangle is stretched in any direction.
+
+        They are the singular values of the linear map from the triangle at rest to the triangle as it is, with the vertices at (R, 3)
+        positions.
         """
         u, v = _sides(vertices, self._triangles)
         first = u / self._length[:, None]
         second = (v - self._along[:, None] * first) / self._height[:, None]
         a, b, c = row_dot(first, first), row_dot(first, second), row_dot(second, second)
-        return np.sqrt((a + c) / 2 + np.sqrt(((a - c) / 2) ** 2 + b**2))
+        middle, radius = (a + c) / 2, np.sqrt(((a - c) / 2) ** 2 + b**2)
+        return np.sqrt(middle + radius), np.sqrt(np.maximum(middle - radius, 0.0))
 
     def overstretched(self, vertices: np.ndarray) -> float:
         """Share of the surface, by its area as it is, whose triangles are stretched beyond STRETCHED."""
