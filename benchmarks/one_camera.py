@@ -3,7 +3,7 @@
     python -m benchmarks.one_camera [--cases tumble grasp walk] [--frames 10] [--set name=value]
 
 Distances are from all that was kept of a frame, and from what it shows. Drift is that of `benchmarks.drift`, of the vertices that the
-frame and the anchor frame of its group both show.
+frame and the anchor frame of its group both show; of each body as well, as the outline of a ball does not show that it turns.
 """
 
 from __future__ import annotations
@@ -34,15 +34,17 @@ def finished(source: Path, count: int, settings: Settings, output: str) -> dict:
     return read_report(output)
 
 
-def visible_drift(case: Case, output: Path, report: dict) -> np.ndarray:
-    """(N,) distances in edge lengths from where vertices truly went, of all frames together."""
-    drift = []
+def visible_drift(case: Case, output: Path, report: dict) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) distances in edge lengths from where vertices truly went, of all frames together, and (N,) the body of each."""
+    drift, bodies = [], []
     for group, take in zip(report["groups"], takes(case, output), strict=True):
         frames = [frame for frame in report["frames"] if frame["group"] == group["index"]]
         shown = np.stack([read_visibility(output / frame["deformed"]) >= SHOWN for frame in frames])
         both = np.delete(shown & shown[take.anchor], take.anchor, axis=0)
+        own = case.bodies_of(take.vertices[take.anchor], case.times[take.indices[take.anchor]])
         drift.append(take.drift[both])
-    return np.concatenate(drift)
+        bodies.append(np.broadcast_to(own, both.shape)[both])
+    return np.concatenate(drift), np.concatenate(bodies)
 
 
 def measured(name: str, counts: tuple[int, int], settings: Settings, cache: Path) -> dict[str, float]:
@@ -52,7 +54,7 @@ def measured(name: str, counts: tuple[int, int], settings: Settings, cache: Path
     with tempfile.TemporaryDirectory() as all_round, tempfile.TemporaryDirectory() as output:
         full = finished(frames_folder(CASES[name][0], whole, cache), count, settings, all_round)
         seen = finished(one_camera_folder(CASES[name][0], whole, cache), count, settings, output)
-        drift = visible_drift(Case.named(name, whole, cache), Path(output), seen)
+        drift, bodies = visible_drift(Case.named(name, whole, cache), Path(output), seen)
     frames = seen["frames"]
     result = {
         "all_round_mean": mean(full, "source_to_deformed"),
@@ -66,6 +68,8 @@ def measured(name: str, counts: tuple[int, int], settings: Settings, cache: Path
         "drift_p95": np.quantile(drift, 0.95),
         "meshes": len(seen["groups"]),
     }
+    several = np.unique(bodies) if len(np.unique(bodies)) > 1 else ()
+    result |= {f"drift_median_body_{body}": np.median(drift[bodies == body]) for body in several}
     result["ratio"] = result["mean"] / result["all_round_mean"]
     return {key: round(float(value), 6) for key, value in result.items()}
 

@@ -59,7 +59,7 @@ def distances(report: dict) -> dict[str, float]:
 
 def drift_in_view(case: Case, output: Path, report: dict) -> dict[str, float]:
     """The median and the 95th percentile in all frames, and the share of the meshes that is out of view."""
-    drift = visible_drift(case, output, report)
+    drift, _ = visible_drift(case, output, report)
     unseen = 100 * np.mean([frame["unseen"] for frame in report["frames"]])
     return {"drift_median": np.median(drift), "drift_p95": np.quantile(drift, 0.95), "unseen": unseen}
 
