@@ -28,6 +28,7 @@ from .feature_targets import FeatureTargets
 from .folds import unfolded
 from .keypoints import PUBLISHED_KEYPOINTS, KeypointSettings, find_keypoints
 from .matching import PUBLISHED_SEARCH, MatchSettings, in_reach, match_keypoints
+from .out_of_view import out_of_view
 from .outliers import Surroundings, VisibleSource, without_outliers
 from .patches import PATCH_RADIUS, Patches, surface_patches
 from .presence import ABSENT, OUT_OF_VIEW, absent_bodies
@@ -165,7 +166,7 @@ class ReferenceDeformer:
         facing = Facing(self._mesh, rotations, source)
         hidden = self._hidden(owners, centers, enclosed)
         placed = self._relieved(fitted, hidden(fitted.vertices), correspondence)
-        unseen = hidden(placed) | self._out_of_view(fitted.held)
+        unseen = hidden(placed) | self._out_of_view(placed, fitted.held, facing)
         deformed = self._mesh.moved(unfolded(self._solver, placed, pose.vertices, facing, unseen))
         if self._settings.fit_rounds:  # otherwise all of the surface is off the source
             around = Surroundings.of(self._solver.energy.adjacency, self._length, fitted.held | hidden(deformed.vertices))
@@ -193,10 +194,12 @@ class ReferenceDeformer:
             self._mesh.moved(vertices), owners, centers, self._compatible, enclosed, self._group.spacing
         )
 
-    def _out_of_view(self, held: np.ndarray) -> np.ndarray:
-        """(R,) bool, vertices of which a camera sees nothing, and those that lead there.  held : (R,) those that have no source."""
-        around = Surroundings.of(self._solver.energy.adjacency, self._length, held)
-        return around.covered if self._is_view else np.zeros_like(held)
+    def _out_of_view(self, vertices: np.ndarray, held: np.ndarray, facing: Facing) -> np.ndarray:
+        """(R,) bool, vertices that a camera does not show, none where bodies are seen all round.  held : (R,) those without a source."""
+        if not self._is_view:
+            return np.zeros_like(held)
+        around = Surroundings(self._solver.energy.adjacency, self._length, held)
+        return out_of_view(self._mesh.moved(vertices), facing, around)
 
     def _unpaired(self, mesh: TriangleMesh, compatible: Compatible) -> Unpaired:
         """The feature lines and the caps of a frame, where the reference mesh has any."""

@@ -24,7 +24,7 @@ class Facing:
     """
 
     def __init__(self, rest: TriangleMesh, rotations: np.ndarray, source: SurfaceIndex | None = None):
-        self._mesh, self._source = rest, source
+        self._mesh, self.source = rest, source
         flat = rotations.reshape(-1, 9)
         mixed = sum(flat.take(corner, axis=0) for corner in rest.triangles.T).reshape(-1, 3, 3)
         self._directions = np.einsum("tij,tj->ti", mixed, area_vectors(rest))
@@ -51,8 +51,8 @@ class Facing:
     def _like_source(self, vertices: np.ndarray, among: Triangles, over: np.ndarray) -> np.ndarray:
         """Of the triangles `among`, those turned over as the source is.  over : bool, those turned over."""
         result = np.zeros_like(over)
-        if self._source is not None and over.any():
-            result[over] = _faces_like(TriangleMesh(vertices, self._mesh.triangles[among][over]), self._source)
+        if self.source is not None and over.any():
+            result[over] = _faces_like(TriangleMesh(vertices, self._mesh.triangles[among][over]), self.source)
         return result
 
 

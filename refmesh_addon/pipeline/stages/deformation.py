@@ -31,7 +31,7 @@ from .transients import GroupTransients
 
 DEFORMATION_SCHEMA = 16
 SMOOTHING_SCHEMA = 3
-VIEW_SCHEMA = 2  # of what is done differently for open takes
+VIEW_SCHEMA = 3  # of what is done differently for open takes
 BLOCK = 10  # frames of a run that are smoothed together; the first has a multiple of it as index, wherever the run begins
 # Parts of the stage's time, roughly.
 DEFORMING = StageShare(DEFORMATION, 0.0, 0.95)
