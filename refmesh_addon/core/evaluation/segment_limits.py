@@ -19,6 +19,7 @@ from .shown_surface import SHOWN, shown_vertices
 # A mesh of the whole segment may be this many times as far from the source as the group's own, in the mean and at the 99th percentile:
 # seen side by side, distances that differ by less look the same.
 MEAN_RATIO, P99_RATIO = 1.5, 2.0
+P99_RATIO_VIEW = 1.5  # of open takes, in which flips and stretch do not count
 # Distances below these, in shares of the diagonal, are never too far: a pixel in a picture 2000 pixels high is larger.
 MEAN_FLOOR, P99_FLOOR = 1e-4, 8e-4
 FLIPPED_MORE = 5e-4  # share of the triangles that may be flipped beyond what the group's own mesh has
@@ -80,7 +81,8 @@ def excess(frame: FrameFigures, own: FrameFigures) -> float:
 
 def _limits(own: FrameFigures) -> tuple[float, ...]:
     """Of each of the figures."""
-    distances = max(MEAN_RATIO * own.mean, MEAN_FLOOR), max(P99_RATIO * own.p99, P99_FLOOR)
+    p99_ratio = P99_RATIO_VIEW if own.unseen else P99_RATIO
+    distances = max(MEAN_RATIO * own.mean, MEAN_FLOOR), max(p99_ratio * own.p99, P99_FLOOR)
     return (*distances, own.flipped + FLIPPED_MORE, own.overstretched + OVERSTRETCHED_MORE, own.unseen + UNSEEN_MORE)
 
 

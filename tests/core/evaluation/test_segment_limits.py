@@ -12,6 +12,7 @@ from refmesh_addon.core.evaluation.segment_limits import (
     MEAN_RATIO,
     OVERSTRETCHED_MORE,
     P99_RATIO,
+    P99_RATIO_VIEW,
     UNSEEN_MORE,
     USUAL,
     FrameFigures,
@@ -25,7 +26,11 @@ from refmesh_addon.core.types import TriangleMesh
 
 OWN = FrameFigures(mean=2e-4, p99=1e-3, flipped=1e-4, overstretched=0.02, unseen=0.1)
 AT_THE_LIMITS = FrameFigures(
-    OWN.mean * MEAN_RATIO, OWN.p99 * P99_RATIO, OWN.flipped + FLIPPED_MORE, OWN.overstretched + OVERSTRETCHED_MORE, OWN.unseen + UNSEEN_MORE
+    mean=OWN.mean * MEAN_RATIO,
+    p99=OWN.p99 * P99_RATIO_VIEW,
+    flipped=OWN.flipped + FLIPPED_MORE,
+    overstretched=OWN.overstretched + OVERSTRETCHED_MORE,
+    unseen=OWN.unseen + UNSEEN_MORE,
 )
 
 
@@ -39,6 +44,12 @@ def test_each_limit_is_one_of_its_own_and_named_with_both_figures(name):
     (text,) = passed_limits(worse, OWN)
     assert text.count("%") == 2 and " against " in text
     assert excess(worse, OWN) == pytest.approx(1.01) and excess(OWN, OWN) < 1
+
+
+def test_distances_of_bodies_seen_all_round_may_be_farther_from_their_own():
+    own = replace(OWN, unseen=0.0)
+    assert passed_limits(replace(own, p99=own.p99 * P99_RATIO), own) == []
+    assert passed_limits(replace(own, p99=1.01 * own.p99 * P99_RATIO), own) != []
 
 
 def test_figures_of_a_body_that_was_only_moved_are_how_far_it_is_off():
