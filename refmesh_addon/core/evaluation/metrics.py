@@ -56,6 +56,12 @@ def measure(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> Measu
     return MeasuredFrame(distances, closest.distances / source.diagonal, extra_places(back, there, closest), missing)
 
 
+def source_distances(source: TriangleMesh, deformed: TriangleMesh, samples: int) -> Distances:
+    """The distances from source to deformed mesh alone, equal to those of `measure`; holes of either need not be closed for them."""
+    points = SampledSurface.of(source, samples, np.random.default_rng(SEED)).points
+    return Distances.of(SurfaceIndex(deformed).query(points).distances / source.diagonal)
+
+
 def _distance(source: SurfaceIndex, deformed: SurfaceIndex, samples: int, rng: np.random.Generator) -> TwoSidedDistance:
     on_source, on_deformed = (SampledSurface.of(index.mesh, samples, rng) for index in (source, deformed))
     diagonal = source.mesh.diagonal

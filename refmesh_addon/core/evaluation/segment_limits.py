@@ -7,13 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import triangle_areas
 from ..geometry.stretch import RestShape
 from ..types import FrozenArrays, TriangleMesh
-from .distances import Distances
-from .metrics import SEED
-from .sampled_surface import SampledSurface
+from .metrics import source_distances
 from .shown_surface import SHOWN, shown_vertices
 
 # A mesh of the whole segment may be this many times as far from the source as the group's own, in the mean and at the 99th percentile:
@@ -53,8 +50,7 @@ def frame_figures(rest: TriangleMesh, vertices: np.ndarray, flipped: float, sour
     rest : the reference mesh.  vertices : (R, 3) where it is deformed to.  source : what it was fitted to.
     samples : points on the source, of which the distances are; shares of its diagonal.
     """
-    points = SampledSurface.of(source, samples, np.random.default_rng(SEED)).points
-    distances = Distances.of(SurfaceIndex(rest.moved(vertices)).query(points).distances / source.diagonal)
+    distances = source_distances(source, rest.moved(vertices), samples)
     return FrameFigures(distances.mean, distances.p99, flipped, RestShape(rest).overstretched(vertices))
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 
 from ...core.capture.openness import OPEN
-from ...core.evaluation.metrics import MeasuredFrame, measure
+from ...core.evaluation.distances import Distances
+from ...core.evaluation.metrics import MeasuredFrame, measure, source_distances
 from ...core.evaluation.open_metrics import measure_open
 from ...core.evaluation.shown_surface import VisibleVertices
 from ..session.cache import digest
@@ -20,6 +21,7 @@ from .visibility import VISIBILITY_SCHEMA, visible_vertices
 
 EVALUATION_SCHEMA = 6
 OPEN_EVALUATION_SCHEMA = 3
+HANDOVER_SCHEMA = 7
 # Parts of the stage's time, roughly.
 FRAMES = StageShare(EVALUATION, 0.0, 0.85)
 HANDOVERS = StageShare(EVALUATION, 0.85, 1.0)
@@ -29,8 +31,7 @@ def evaluate(context: Context, deformed: DeformedSequence) -> Mapping[int, Measu
     """The distances of all frames, by index; those of the hand-overs go into the report."""
     groups, measured = deformed.groups, measure_frames(context, deformed)
     handovers = {group.index: _handover_unit(context, deformed, group) for group in groups[:-1]}
-    for index, handover in cached_map(context, measure, handovers, MeasuredFrame, HANDOVERS).items():
-        distance = handover.distances.source_to_deformed
+    for index, distance in cached_map(context, source_distances, handovers, Distances, HANDOVERS).items():
         context.report.groups[index] = replace(context.report.groups[index], handover=distance)
     return measured
 
@@ -69,7 +70,7 @@ def _open_unit(
 def _handover_unit(context: Context, deformed: DeformedSequence, group: FrameGroup) -> WorkUnit:
     """From the next group's mesh to this group's, both in the first frame of the next group."""
     settings, following = context.settings.evaluation, deformed.groups[group.index + 1]
-    key = digest(EVALUATION_SCHEMA, asdict(settings), group.key, following.key)
+    key = digest(HANDOVER_SCHEMA, asdict(settings), group.key, following.key)
     frame = following.frames[0]
     arguments = lambda: (deformed.mesh(following, frame), deformed.mesh(group, frame), settings.samples)
     return WorkUnit(f"evaluation/handover_{group.index:03d}", key, arguments, context.numbers[frame])

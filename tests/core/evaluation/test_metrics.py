@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from refmesh_addon.core.evaluation.metrics import measure, surface_distance
+from refmesh_addon.core.evaluation.metrics import measure, source_distances, surface_distance
 from refmesh_addon.core.evaluation.psnr import PSNR_CEILING
 from refmesh_addon.core.types import TriangleMesh
 
@@ -51,6 +51,11 @@ def test_a_missing_half_is_seen_from_one_side_only():
     assert_allclose(result.deformed_to_source.max, 0, atol=1e-15)
     assert_allclose(result.source_to_deformed.max * np.sqrt(2), 0.5, rtol=0.01)
     assert_allclose(result.source_to_deformed.mean * np.sqrt(2), 0.125, rtol=0.03)
+
+
+def test_distances_from_the_source_alone_are_those_of_both_sides():
+    source, deformed = square(), square(height=0.02, tilt=0.1)
+    assert source_distances(source, deformed, 500) == measure(source, deformed, 500).distances.source_to_deformed
 
 
 def test_psnr_is_the_worse_of_the_two_directions():
