@@ -11,6 +11,7 @@ from scipy import sparse
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import submesh, triangle_normals, vertex_normals
+from ..geometry.rings import grown
 from ..geometry.vectors import row_dot
 from ..surfacing.hole_caps import CappedMesh
 from ..types import TriangleMesh
@@ -30,10 +31,8 @@ class CapTargets:
         frame : with its holes capped; it may have none.
         """
         surface = submesh(frame.mesh, frame.holes >= 0)[0]
-        near = on_cap = np.bincount(caps, minlength=adjacency.shape[0]) > 0
-        for _ in range(RINGS):
-            near = near | (adjacency @ near > 0)
-        self._near = np.flatnonzero(near & bool(len(surface.triangles)))
+        on_cap = np.bincount(caps, minlength=adjacency.shape[0]) > 0
+        self._near = np.flatnonzero(grown(adjacency, on_cap, RINGS) & bool(len(surface.triangles)))
         self._on_cap = on_cap[self._near]
         self._surface, self._normals = SurfaceIndex(surface) if len(self._near) else None, triangle_normals(surface)
 
@@ -54,5 +53,4 @@ class CapTargets:
         corners = np.repeat(self._near[near, None], 3, axis=1)
         shares = np.tile([1.0, 0.0, 0.0], (len(near), 1))
         distances = closest.distances[near]
-        weights = PULL * (1.0 - (distances / limits.distance) ** 2) ** 2
-        return Pairs(corners, shares, closest.points[near], normals[near], distances, weights)
+        return Pairs(corners, shares, closest.points[near], normals[near], distances, PULL * limits.confidence(distances))

@@ -147,8 +147,8 @@ def _off_border(mesh: TriangleMesh, border: np.ndarray, partners: Partners) -> P
 
 
 def _weights(samples: SurfaceSamples, paired: Partners, limits: Limits) -> np.ndarray:
-    """(K,) area times confidence: Tukey's biweight fades out pairs that are nearly too far apart, many of which are accidental."""
-    return samples.weights[paired.samples] * (1.0 - (paired.distances / limits.distance) ** 2) ** 2
+    """(K,) area times confidence."""
+    return samples.weights[paired.samples] * limits.confidence(paired.distances)
 
 
 def _directions(offsets: np.ndarray, normals: np.ndarray, limits: Limits) -> np.ndarray:

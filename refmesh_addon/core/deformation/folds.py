@@ -7,6 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..geometry.mesh import mean_edge_length, triangle_areas, triangles_at
+from ..geometry.rings import vertices_around
 from .arap import ArapSolver
 from .arap_system import Constraints, Start, Targets
 from .facing import Facing
@@ -37,7 +38,7 @@ def unfolded(
         folded = facing.folded(vertices)
         if not folded.any():
             break
-        free = _around(solver, folded, attempt + 1)
+        free = vertices_around(solver.mesh, solver.energy.adjacency, folded, attempt + 1)
         moved = _relaxed(solver, vertices, shape, free, START_WEIGHT * WEIGHT_RATIO**attempt)
         too_far = free & limited & (np.linalg.norm(moved - vertices, axis=1) > FARTHEST * finer * length)
         vertices = np.where((free & ~_connected(solver, free, too_far))[:, None], moved, vertices)
@@ -46,20 +47,11 @@ def unfolded(
 
 def _relaxed(solver: ArapSolver, vertices: np.ndarray, shape: np.ndarray, free: np.ndarray, start_weight: float) -> np.ndarray:
     """(R, 3) vertices of which the (R,) bool free ones lie as rigidly as possible between the others, which stay."""
-    kept, part = solver.part(_around(solver, triangles_at(solver.mesh, free), 0))
+    kept, part = solver.part(vertices_around(solver.mesh, solver.energy.adjacency, triangles_at(solver.mesh, free), 0))
     fixed, result = np.flatnonzero(~free[kept]), vertices.copy()
     system = part.system(Constraints(sparse.csr_matrix((0, len(kept))), np.empty(0), fixed, start_weight))
     targets, rest = Targets(np.empty((0, 3)), vertices[kept[fixed]]), part.energy.rest_shape(shape[kept])
     result[kept] = system.solve(targets, Start(vertices[kept]), ITERATIONS, rest=rest).vertices
-    return result
-
-
-def _around(solver: ArapSolver, triangles: np.ndarray, rings: int) -> np.ndarray:
-    """(R,) bool, vertices of (S,) bool triangles of the solver's mesh and of so many rings around them."""
-    result = np.zeros(len(solver.mesh.vertices), dtype=bool)
-    result[solver.mesh.triangles[triangles]] = True
-    for _ in range(rings):
-        result |= (solver.energy.adjacency @ result) > 0
     return result
 
 

@@ -7,10 +7,10 @@ faces away from them or spans what the frame leaves open.
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import submesh, triangle_normals, triangles_at, vertex_normals
+from ..geometry.rings import grown, vertices_around
 from ..geometry.vectors import row_dot
 from ..types import TriangleMesh
 from .facing import Facing
@@ -28,11 +28,10 @@ def out_of_view(mesh: TriangleMesh, facing: Facing, around: Surroundings) -> np.
     """
     off, folded = around.covered.copy(), facing.folded(mesh.vertices)
     if facing.source is not None and folded.any():
-        near = np.zeros(len(mesh.vertices), dtype=bool)
-        near[mesh.triangles[folded]] = True
-        part, vertices = submesh(mesh, triangles_at(mesh, _grown(around.adjacency, near, RINGS + COVER_RINGS)))
+        near = vertices_around(mesh, around.adjacency, folded, RINGS + COVER_RINGS)
+        part, vertices = submesh(mesh, triangles_at(mesh, near))
         off[vertices[_off_source(part, facing.source, OFF * around.length)]] = True
-    return _grown(around.adjacency, off, COVER_RINGS)
+    return grown(around.adjacency, off, COVER_RINGS)
 
 
 def _off_source(mesh: TriangleMesh, source: SurfaceIndex, least: float) -> np.ndarray:
@@ -45,10 +44,3 @@ def _off_source(mesh: TriangleMesh, source: SurfaceIndex, least: float) -> np.nd
     spanning = source.query(mesh.vertices[mesh.triangles].mean(axis=1)).distances > least
     off[mesh.triangles[spanning]] = True
     return off
-
-
-def _grown(adjacency: sparse.csr_matrix, chosen: np.ndarray, rings: int) -> np.ndarray:
-    """(R,) bool, the chosen vertices with so many rings around them."""
-    for _ in range(rings):
-        chosen = chosen | ((adjacency @ chosen) > 0)
-    return chosen

@@ -13,6 +13,7 @@ from scipy import sparse
 
 from ..geometry.borders import border_edges, on_border
 from ..geometry.closest_point import SurfaceIndex
+from ..geometry.rings import grown
 from ..geometry.winding import Enclosed
 from ..types import TriangleMesh
 from .facing import Facing
@@ -62,9 +63,7 @@ class Surroundings:
     @classmethod
     def of(cls, adjacency: sparse.csr_matrix, length: float, covered: np.ndarray) -> Surroundings:
         """With the vertices near covered ones, which lead there, as covered too.  covered : (R,) bool."""
-        for _ in range(COVER_RINGS):
-            covered = covered | ((adjacency @ covered) > 0)
-        return cls(adjacency, length, covered)
+        return cls(adjacency, length, grown(adjacency, covered, COVER_RINGS))
 
 
 def without_outliers(mesh: TriangleMesh, facing: Facing, around: Surroundings, source: VisibleSource) -> TriangleMesh:

@@ -22,6 +22,10 @@ class Limits:
     cosine: float
     stride: int = 1
 
+    def confidence(self, distances: np.ndarray) -> np.ndarray:
+        """(K,) from 1 to 0: Tukey's biweight fades out pairs that are nearly too far apart, many of which are accidental."""
+        return (1.0 - (distances / self.distance) ** 2) ** 2
+
 
 @dataclass(frozen=True)
 class Partners(FrozenArrays):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.mesh import mean_edge_length
+from ..geometry.rings import vertices_around
 from ..geometry.stretch import RestShape
 from .arap import ArapSolver
 from .arap_system import Constraints, Start, Targets
@@ -39,11 +40,11 @@ class StrainRelief:
 
         vertices : (R, 3) on the source.  visible : (R,) bool, those that the source has placed; others may be strained.
         """
-        strained = self._strained(vertices, visible)
-        stretched = self._rest.stretches(vertices) > STRETCHED
-        if np.count_nonzero(stretched & strained) <= LEAST * len(strained):
+        stretched, squeezed = self._strains(vertices, visible)
+        if np.count_nonzero(stretched) <= LEAST * len(stretched):
             return vertices
-        free = self._around(strained) & visible & ~self._still
+        around = vertices_around(self._solver.mesh, self._solver.energy.adjacency, stretched | squeezed, RINGS)
+        free = around & visible & ~self._still
         if not free.any():
             return vertices
         moved = vertices
@@ -53,18 +54,11 @@ class StrainRelief:
             moved = self._slid(moved, free, self._pairs(moved, free, correspondence, setting), steps)
         return self._better(vertices, moved, free, correspondence)
 
-    def _strained(self, vertices: np.ndarray, visible: np.ndarray) -> np.ndarray:
-        """(S,) bool, visible triangles that are stretched or squeezed."""
+    def _strains(self, vertices: np.ndarray, visible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(S,) bool, visible triangles that are stretched, and those that are squeezed."""
         largest, smallest = self._rest.factors(vertices)
-        return ((largest > STRETCHED) | (smallest < SQUEEZED)) & visible[self._solver.mesh.triangles].all(axis=1)
-
-    def _around(self, triangles: np.ndarray) -> np.ndarray:
-        """(R,) bool, vertices of (S,) bool triangles and those around them."""
-        result = np.zeros(len(self._still), dtype=bool)
-        result[self._solver.mesh.triangles[triangles]] = True
-        for _ in range(RINGS):
-            result |= (self._solver.energy.adjacency @ result) > 0
-        return result
+        shown = visible[self._solver.mesh.triangles].all(axis=1)
+        return (largest > STRETCHED) & shown, (smallest < SQUEEZED) & shown
 
     def _pairs(self, vertices: np.ndarray, free: np.ndarray, correspondence: Correspondence, setting: Round) -> tuple[Pairs, np.ndarray]:
         """Pairs of one round that hold (R,) bool free vertices, and the weight of each."""
@@ -90,7 +84,7 @@ class StrainRelief:
         chosen, patches = connected_patches(self._solver.energy.adjacency, free)
         strains, distances = [], []
         for vertices in (before, after):
-            triangles = self._strained(vertices, free)
+            triangles = np.logical_or(*self._strains(vertices, free))
             strained = np.bincount(self._solver.mesh.triangles[triangles].ravel(), minlength=len(free))[chosen]
             strains.append(np.bincount(patches, strained))
             distances.append(np.bincount(patches, correspondence.source.query(vertices[chosen]).distances))

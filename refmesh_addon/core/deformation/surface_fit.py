@@ -162,7 +162,7 @@ class _Fit:
         """One ARAP iteration."""
         count = len(self.trust)
         touched = np.zeros(count, dtype=bool)
-        touched[pairs.rows(count).indices] = True
+        touched[pairs.corners[pairs.shares != 0]] = True
         if self._unpaired.caps is not None and setting.planes:
             caps = self._unpaired.caps.pairs(self.mesh, setting.limits)
             pairs, weights = pairs.joined(caps), np.append(weights, (setting.pull * self.trust)[caps.corners[:, 0]] * caps.weights)

@@ -20,6 +20,7 @@ from ..geometry.cotangent import neighbor_averages, triangle_adjacency
 from ..geometry.feature_lines import ordered_lines
 from ..geometry.half_edges import HalfEdges
 from ..geometry.mesh import edge_lengths, mean_edge_length
+from ..geometry.rings import grown
 from ..geometry.self_intersection import crossing_triangles
 from ..types import FrozenArrays, TriangleMesh
 from .edge_flips import flipped
@@ -192,10 +193,8 @@ class _Polyline:
 def _smoothed_beside(mesh: TriangleMesh, fixed: np.ndarray, kept: np.ndarray, surface: TriangleMesh) -> TriangleMesh:
     """The mesh with the vertices beside (V,) bool fixed ones, except kept ones, spread evenly and laid onto the surface with the lines."""
     index, border, length = SurfaceIndex(surface), border_edges(surface), mean_edge_length(mesh)
-    adjacency, free = triangle_adjacency(mesh), fixed.copy()
-    for _ in range(RINGS):
-        free |= (adjacency @ free) > 0
-    free &= ~(fixed | kept)
+    adjacency = triangle_adjacency(mesh)
+    free = grown(adjacency, fixed, RINGS) & ~(fixed | kept)
     chosen = np.flatnonzero(free)
     for _ in range(SMOOTHINGS):
         moved = mesh.vertices.copy()

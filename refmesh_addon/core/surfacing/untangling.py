@@ -6,6 +6,7 @@ import numpy as np
 
 from ..geometry.cotangent import neighbor_averages, triangle_adjacency
 from ..geometry.mesh import triangles_at
+from ..geometry.rings import grown
 from ..geometry.self_intersection import crossing_triangles, still_crossing
 from ..types import TriangleMesh
 
@@ -24,7 +25,7 @@ def untangled(mesh: TriangleMesh, crossing: np.ndarray | None = None) -> Triangl
         if not crossing.any():
             break
         loose[mesh.triangles[crossing]] = True
-        loose = loose | ((adjacency @ loose) > 0)
+        loose = grown(adjacency, loose, 1)
         mesh = mesh.moved(np.where(loose[:, None], neighbor_averages(adjacency, mesh.vertices), mesh.vertices))
         crossing = still_crossing(mesh, triangles_at(mesh, loose))
         if crossing.sum() < least:
