@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
+from math import gcd
 
 from ..core.errors import RefMeshError
 
@@ -42,21 +44,45 @@ def _parse_range(item: str, text: str) -> FrameRange:
     return FrameRange(first, last)
 
 
-def format_ranges(numbers: Iterable[int]) -> str:
+def format_ranges(numbers: Iterable[int], everything: Iterable[int] = ()) -> str:
     """Numbers as ranges in ascending order, "5-14, 20"; "-3 to 5" where one begins below zero.
 
     Only the first few and the last where there are many.
+    everything : the numbers that exist, where a range is to go on over those that do not. Without it, numbers with a common step
+    are "10-50, 70-90 in steps of 10" where that is shorter.
     """
-    ranges: list[list[int]] = []
-    for number in sorted(numbers):
-        if ranges and number == ranges[-1][1] + 1:
-            ranges[-1][1] = number
-        else:
-            ranges.append([number, number])
-    texts = [str(first) if first == last else f"{first} to {last}" if first < 0 else f"{first}-{last}" for first, last in ranges]
+    chosen, known = sorted(set(numbers)), sorted(set(everything))
+    step = 1 if known else _common_step(chosen)
+    texts = [_range_text(first, last) for first, last in ranges_among(chosen, known or _multiples(chosen, step))]
     if len(texts) > RANGES_SHOWN:
         texts[RANGES_SHOWN - 1 : -1] = ["..."]
-    return ", ".join(texts)
+    return ", ".join(texts) + (f" in steps of {step}" if step > 1 else "")
+
+
+def format_frames(numbers: Iterable[int], everything: Iterable[int]) -> str:
+    """Frames at the start of a message: "frame 5", "frames 5-14, 20"; "38 of 100 frames, between 2 and 97" where ranges are many."""
+    chosen, known = sorted(set(numbers)), sorted(set(everything))
+    if len(ranges_among(chosen, known)) > RANGES_SHOWN:
+        return f"{len(chosen)} of {len(known)} frames, between {chosen[0]} and {chosen[-1]}"
+    return f"frame{'s' if len(chosen) > 1 else ''} {format_ranges(chosen, known)}"
+
+
+def _range_text(first: int, last: int) -> str:
+    if first == last:
+        return str(first)
+    return f"{first} to {last}" if first < 0 else f"{first}-{last}"
+
+
+def _common_step(numbers: list[int]) -> int:
+    """The step of the numbers, if ranges in this step are at most half as many as the numbers; else 1."""
+    step = gcd(*(after - before for before, after in pairwise(numbers)))
+    runs = 1 + sum(after - before > step for before, after in pairwise(numbers))
+    return step if step > 1 and 2 * runs <= len(numbers) and len(numbers) > 2 else 1
+
+
+def _multiples(numbers: list[int], step: int) -> Iterable[int]:
+    """The numbers, and for each the one that would follow it, which ends a range where it is not among them."""
+    return {*numbers, *(number + step for number in numbers)}
 
 
 def ranges_among(chosen: Iterable[int], everything: Iterable[int]) -> list[tuple[int, int]]:

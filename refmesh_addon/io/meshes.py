@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..core.geometry.mesh import merged, triangle_areas
 from ..core.types import TriangleMesh
@@ -15,7 +16,6 @@ from .regular_files import read_regular
 
 SMALLEST, LARGEST = 1e-30, 1e30  # diagonals, far within what single precision holds, in which Blender keeps positions
 LEAST_PRECISION = 1e-4  # step of double precision at a body, share of its diagonal; beyond that the results get visibly worse
-REMEDY = "export this frame again, or leave it out with --frames: the resulting mesh moves on over a few missing frames"
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:
@@ -38,7 +38,7 @@ def read_bytes(path: str | Path) -> bytes:
     except OSError as error:
         raise RefMeshError(f"{path}: cannot be read ({error.strerror or error})") from error
     if not data.strip():
-        raise RefMeshError(f"{path}: the file is empty; {REMEDY}")
+        raise RefMeshError(f"{path}: the file is empty")
     return data
 
 
@@ -62,7 +62,7 @@ def parse_frame(data: bytes, path: str | Path) -> tuple[TriangleMesh, int]:
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise RefMeshError(f"{path}: cannot be read as {known.name.upper()}: {reason}") from error
     except RecursionError as error:
-        raise RefMeshError(f"{path}: cannot be read as {known.name.upper()}: it is nested too deeply; export this frame again") from error
+        raise RefMeshError(f"{path}: cannot be read as {known.name.upper()}: it is nested too deeply") from error
     except MemoryError as error:
         raise RefMeshError(f"{path}: needs more memory than there is; export this frame with fewer triangles") from error
     return mesh if known.shared_vertices else merged(mesh)[0], parsed.omitted
@@ -82,17 +82,19 @@ def _without_unused_infinities(parsed: ParsedMesh) -> ParsedMesh:
 def _checked(path: Path, parsed: ParsedMesh) -> TriangleMesh:
     vertices, triangles, omitted = parsed
     if not len(triangles):
-        faces = f" ({omitted} faces have fewer than three corners)" if omitted else ""
-        raise RefMeshError(f"{path}: holds no triangles{faces}; {REMEDY}")
+        faces = f"{counted(omitted, 'face has', 'faces have')} fewer than three corners" if omitted else "is the file truncated?"
+        raise RefMeshError(f"{path}: holds no triangles; {faces}")
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
         count, first = np.count_nonzero(~finite), int(np.argmin(finite))
-        raise RefMeshError(f"{path}: {count} vertices have coordinates that are not finite numbers (the first is vertex {first + 1})")
+        vertices_have = counted(count, "vertex has", "vertices have")
+        raise RefMeshError(f"{path}: {vertices_have} coordinates that are not finite numbers (the first is vertex {first + 1})")
     outside = ((triangles < 0) | (triangles >= len(vertices))).any(axis=1)
     if outside.any():
         count, first = np.count_nonzero(outside), int(np.argmax(outside))
+        triangles_use = counted(count, "triangle uses", "triangles use")
         raise RefMeshError(
-            f"{path}: {count} triangles use vertices that do not exist (the first is triangle {first + 1}, of {len(vertices)} vertices); "
+            f"{path}: {triangles_use} vertices that do not exist (the first is triangle {first + 1}, of {len(vertices)} vertices); "
             "the file is damaged or truncated"
         )
     mesh = TriangleMesh(vertices, triangles)

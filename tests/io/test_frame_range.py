@@ -1,7 +1,7 @@
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.io.frame_range import FrameRange, format_ranges, format_selection, parse_ranges
+from refmesh_addon.io.frame_range import FrameRange, format_frames, format_ranges, format_selection, parse_ranges
 
 
 def test_ranges_are_read_as_written():
@@ -26,10 +26,33 @@ def test_a_falling_range_is_refused_with_the_right_one():
 
 
 @pytest.mark.parametrize(
-    ("numbers", "message"), [([], ""), ([4], "4"), ([7, 5, 6, 9], "5-7, 9"), (range(0, 40, 2), "0, 2, 4, 6, 8, ..., 38")]
+    ("numbers", "message"),
+    [
+        ([], ""),
+        ([4], "4"),
+        ([7, 5, 6, 9], "5-7, 9"),
+        ([1, 3, 9], "1, 3, 9"),
+        (range(0, 40, 2), "0-38 in steps of 2"),
+        ([1003, 1010, 1017, 1031, 1038], "1003-1017, 1031-1038 in steps of 7"),
+        ([0, 1, *range(3, 40, 3)], "0-1, 3, 6, 9, 12, ..., 39"),
+    ],
 )
 def test_numbers_as_ranges(numbers, message):
     assert format_ranges(numbers) == message
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ([30], "frame 30"),
+        ([10, 20, 50], "frames 10-20, 50"),
+        ([10, 20, 30], "frames 10-30"),
+        (range(20, 160, 20), "7 of 20 frames, between 20 and 140"),
+    ],
+)
+def test_frames_of_a_take_are_named_as_a_person_would(numbers, message):
+    """Ranges go on over numbers that the take does not have."""
+    assert format_frames(numbers, range(0, 200, 10)) == message
 
 
 def test_words_read_back_give_the_numbers():

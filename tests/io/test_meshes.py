@@ -87,14 +87,14 @@ def test_damaged_bytes_give_a_mesh_or_a_refusal(ball, kind):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", r"1 vertices have coordinates that are not finite numbers \(the first is vertex 3\)"),
+        ("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n", r"1 vertex has coordinates that are not finite numbers \(the first is vertex 3\)"),
         ("v 0 0 0\nv inf 0 0\nv 0 -inf 0\nf 1 2 3\n", "2 vertices have coordinates that are not finite"),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n",
-            r"1 triangles use vertices that do not exist \(the first is triangle 2, of 3 vertices\)",
+            r"1 triangle uses vertices that do not exist \(the first is triangle 2, of 3 vertices\)",
         ),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "do not exist"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "holds no triangles"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", r"holds no triangles; is the file truncated\?"),
         ("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "zero area"),
         ("\n \n", "the file is empty"),
         ("", "the file is empty"),
@@ -118,14 +118,14 @@ def test_vertices_that_no_triangle_uses_need_not_be_finite():
 def test_faces_left_out_are_counted():
     mesh, omitted = parse_frame(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\n", "frame.obj")
     assert (len(mesh.triangles), omitted) == (1, 1)
-    with pytest.raises(RefMeshError, match=r"holds no triangles \(1 faces have fewer than three corners\)"):
+    with pytest.raises(RefMeshError, match=r"holds no triangles; 1 face has fewer than three corners"):
         parse_mesh(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "frame.obj")
 
 
 def test_indices_out_of_range_are_refused_in_binary_files_too(ball):
     data = bytearray(exported(ball, "ply"))
     data[-4:] = (2**32 - 1).to_bytes(4, "little")
-    with pytest.raises(RefMeshError, match="triangles use vertices that do not exist"):
+    with pytest.raises(RefMeshError, match="triangles? uses? vertices that do not exist"):
         parse_mesh(bytes(data), "frame.ply")
 
 

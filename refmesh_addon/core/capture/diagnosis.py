@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..counted import counted
 from ..findings import SEVERITIES, Finding
 from .openness import ADJECTIVES, CLOSED, DESCRIPTIONS, LARGEST_CAPPED, openness, surface_kind, take_kind
 from .strays import stray_note
@@ -76,11 +77,11 @@ def diagnose(frames: Sequence[FrameStatistics], gaps: Sequence[int] = (), surfac
         *_jumps(readable, "vertex count", COUNT_JUMP, lambda frame: frame.vertices),
         *_jumps(readable, "volume", VOLUME_JUMP, lambda frame: abs(frame.volume)),
         *_surface(readable, surface),
-        *_notes(readable, "holes", lambda frame: frame.open_edges, "{:d} edges are open; holes are capped where volume counts"),
-        *_notes(readable, "facing", _inward, "{:.0%} of the surface faces inward; it is flipped"),
-        *_notes(readable, "strays", lambda frame: frame.strays, "{strays}"),
-        *_notes(readable, "faces", lambda frame: frame.omitted_faces, "{:d} degenerate faces with fewer than three corners are left out"),
-        *_notes(readable, "textures", lambda frame: len(frame.missing_textures), "{:d} textures are missing: {names}"),
+        *_notes(readable, "holes", lambda frame: frame.open_edges, _holes),
+        *_notes(readable, "facing", _inward, lambda frame: f"{_inward(frame):.0%} of the surface faces inward; it is flipped"),
+        *_notes(readable, "strays", lambda frame: frame.strays, lambda frame: stray_note(frame.strays, frame.stray_place)),
+        *_notes(readable, "faces", lambda frame: frame.omitted_faces, _omitted_faces),
+        *_notes(readable, "textures", lambda frame: len(frame.missing_textures), _missing_textures),
     ]
     order = list(SEVERITIES)
     return sorted(findings, key=lambda finding: (order.index(finding.severity), finding.frame))
@@ -114,7 +115,12 @@ def _open(frames: Sequence[FrameStatistics]) -> list[Finding]:
     if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
         return [Finding("open", "warning", frame.number, reasons[frame.number]) for frame in affected]
     worst = max(affected, key=lambda frame: (frame.capped > LARGEST_CAPPED, frame.capped, -frame.compactness))
-    return [Finding("open", "warning", worst.number, f"{reasons[worst.number]}; in {len(affected)} of {len(frames)} frames, worst here")]
+    return [Finding("open", "warning", worst.number, reasons[worst.number] + _shared(affected, frames))]
+
+
+def _shared(affected: Sequence[FrameStatistics], frames: Sequence[FrameStatistics]) -> str:
+    """Follows what is said of the worst frame."""
+    return f" (as in {len(affected)} of {len(frames)} frames; this one is the worst)"
 
 
 def _inward(frame: FrameStatistics) -> float:
@@ -170,15 +176,24 @@ def _jumps(frames: Sequence[FrameStatistics], kind: str, least: float, statistic
     ]
 
 
-def _notes(frames: Sequence[FrameStatistics], kind: str, statistic: Statistic, template: str) -> list[Finding]:
+def _holes(frame: FrameStatistics) -> str:
+    return f"{counted(frame.open_edges, 'open edge')}; holes are capped where a closed volume is needed"
+
+
+def _omitted_faces(frame: FrameStatistics) -> str:
+    return f"{counted(frame.omitted_faces, 'degenerate face')} with fewer than three corners left out"
+
+
+def _missing_textures(frame: FrameStatistics) -> str:
+    return f"{counted(len(frame.missing_textures), 'missing texture')}: {', '.join(frame.missing_textures[:NAMED_TEXTURES])}"
+
+
+def _notes(
+    frames: Sequence[FrameStatistics], kind: str, statistic: Statistic, message: Callable[[FrameStatistics], str]
+) -> list[Finding]:
     """A note for each frame in which a statistic is above 0; for most frames, one at the worst."""
     affected = [frame for frame in frames if statistic(frame) > 0]
-
-    def message(frame: FrameStatistics) -> str:
-        names, strays = ", ".join(frame.missing_textures[:NAMED_TEXTURES]), stray_note(frame.strays, frame.stray_place)
-        return template.format(statistic(frame), names=names, strays=strays)
-
     if 2 * len(affected) <= len(frames) or len(affected) < LEAST_SHARED:
         return [Finding(kind, "note", frame.number, message(frame)) for frame in affected]
     worst = max(affected, key=statistic)
-    return [Finding(kind, "note", worst.number, f"{message(worst)}; in {len(affected)} of {len(frames)} frames, worst here")]
+    return [Finding(kind, "note", worst.number, message(worst) + _shared(affected, frames))]

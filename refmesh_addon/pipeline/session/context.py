@@ -13,7 +13,7 @@ from ...core.capture.openness import SIDES
 from ...core.reference.budget import triangle_budget
 from ...core.settings import Settings
 from ...io.files import output_folder
-from ...io.frame_range import format_ranges
+from ...io.frame_range import format_frames
 from ...io.report import REPORT_NAME, Report
 from ...io.sequence import Sequence, held_frames
 from .cache import Cache
@@ -69,7 +69,8 @@ class Context(Session):
             warn_and_report(f"{sequence.name}: {note}")
         if sequence.gaps:
             over = "; a mesh that both sides share moves on over a few" if spec.settings.tracking.bad_frames == "bridge" else ""
-            warn_and_report(f"{sequence.name}: frames {format_ranges(sequence.gaps)} are missing; the one before is held{over}")
+            lacking = format_frames(sequence.gaps, {*sequence.numbers, *sequence.gaps})
+            warn_and_report(f"{sequence.name} lacks {lacking}; the frame before is held{over}")
         cache = Cache(output / CACHE_FOLDER, spec.resume, warn_and_report, shared)
         session = Session(output, cache, workers, notify, part=part)
         reading = StageShare(TRACKING, 0.0, READING_SHARE)

@@ -25,12 +25,14 @@ from ...core.geometry.storage_offset import storage_offset
 from ...core.settings import TrackingSettings
 from ...core.surfacing.hole_caps import CappedMesh, smoothly_capped
 from ...core.types import TriangleMesh
-from ...io.frame_range import format_ranges
+from ...io.frame_range import format_frames, format_ranges, format_selection
 from ...io.sequence import Sequence
 from .cache import digest
 from .capture import CapturedSequence, capture_sequence
+from .part import PartDone
 from .session import Session
 from .stage_share import StageShare
+from .unusable_frames import unusable_frames
 
 FRAMES_IN_MEMORY = 4  # enough for a frame, its neighbor and the anchor; a long take never fills the memory
 OPEN_SCHEMA = 3  # of how the surfaces of open takes are cleaned and given a volume
@@ -206,10 +208,10 @@ def read_frames(
 ) -> tuple[Frames, tuple[BadFrame, ...]]:
     """The frames of a sequence, without bad ones unless these are to be fitted as well, and the bad ones that were left out.
 
-    Warns of those that were inside out, and says once what kind of capture it is unless it is closed. Raises RefMeshError for a frame
-    that cannot be used.
+    Warns of those that were inside out, and says once what kind of capture it is unless it is closed. Raises RefMeshError, after
+    all frames have been read, for those that cannot be used.
     """
-    captured, requested = capture_sequence(session, sequence, share), settings.surface
+    captured, requested = _usable_frames(session, sequence, share), settings.surface
     frames, bad = Frames(sequence, captured, requested), ()
     if frames.bad and settings.bad_frames != "fit":
         bad = frames.bad
@@ -225,14 +227,29 @@ def read_frames(
     return frames, bad
 
 
+def _usable_frames(session: Session, sequence: Sequence, share: StageShare) -> CapturedSequence:
+    """All frames. Raises RefMeshError for those that cannot be used, once all have been read; in a task of a farm, all of its own."""
+    unusable: dict[int, RefMeshError] = {}
+    try:
+        captured = capture_sequence(session, sequence, share, unusable.__setitem__)
+    except PartDone:
+        if unusable:
+            raise unusable_frames(unusable, sequence) from None
+        raise
+    if unusable:
+        raise unusable_frames(unusable, sequence)
+    return captured
+
+
 def _warn_of_inside_out(frames: Frames, warn: Callable[[str], None]) -> None:
     """One warning for all frames with a body that is inside out; with the file where it is one."""
     inside_out = [index for index, turned in enumerate(frames.inside_out) if turned]
     if len(inside_out) == 1:
         warn(f"{frames.path(inside_out[0])}: a body is inside out; its triangles are flipped")
     elif inside_out:
-        numbers = format_ranges(frames.sequence.numbers[index] for index in inside_out)
-        warn(f"{frames.sequence.name}: a body is inside out in frames {numbers}; its triangles are flipped")
+        numbers = frames.sequence.numbers
+        which = format_frames((numbers[index] for index in inside_out), numbers)
+        warn(f"{frames.sequence.name}: a body is inside out in {which}; its triangles are flipped")
 
 
 def _warn_of_strays(frames: Frames, warn: Callable[[str], None]) -> None:
@@ -251,7 +268,7 @@ def _warn_of_open_frames(frames: Frames, warn: Callable[[str], None]) -> None:
     if open_frames:
         worst = max(open_frames, key=lambda index: (frames.statistics[index].capped, -frames.statistics[index].compactness))
         reason = openness(frames.statistics[worst].capped, frames.statistics[worst].compactness)
-        ranges = format_ranges(numbers[index] for index in open_frames)
-        options = f"--frames {ranges.replace(', ', ',')} --surface open"
+        affected = [numbers[index] for index in open_frames]
+        ranges, options = format_ranges(affected, numbers), f"--frames {format_selection(affected, numbers)} --surface open"
         alone = f"; as a take of their own ({options}) they stay open" if len(open_frames) < len(numbers) else ""
         warn(f"frame {numbers[worst]}: {reason} ({len(open_frames)} of {len(numbers)} frames: {ranges}{alone})")

@@ -19,6 +19,7 @@ from ..session.capture import CapturedFile, CapturedSequence, capture_sequence
 from ..session.job import CACHE_FOLDER, CHECK, JobSpec
 from ..session.session import Session, WorkerPool
 from ..session.stage_share import Notify, StageShare
+from ..session.unusable_frames import with_remedy
 from ..session.written_files import WrittenFiles
 
 
@@ -67,7 +68,7 @@ def _bad_frames(sequence: Sequence, captured: CapturedSequence) -> list[Finding]
 
 
 def _unreadable(frame: Frame, error: RefMeshError) -> FrameStatistics:
-    return FrameStatistics(frame.number, str(error).replace(f"{frame.path}: ", ""))
+    return FrameStatistics(frame.number, with_remedy(str(error).replace(f"{frame.path}: ", "")))
 
 
 def _statistics(frame: Frame, file: CapturedFile, key: str) -> FrameStatistics:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...io.appearance import files_beside, parse_appearance
-from ...io.frame_range import format_ranges
+from ...io.frame_range import format_frames
 from ...io.meshes import read_bytes
 from ..session.cache import digest
 from ..session.cached_map import WorkUnit, cached_map
@@ -55,8 +55,7 @@ def _warn(context: Context, surveyed: Mapping[int, FrameColors]) -> None:
         context.warn(note)
     plain = [context.numbers[index] for index, colors in surveyed.items() if not colors.colored]
     if plain and len(plain) < len(surveyed):
-        named = f"frame {plain[0]} has" if len(plain) == 1 else f"frames {format_ranges(plain)} have"
-        context.warn(f"{named} no color; the steady texture is shown there")
+        context.warn(f"{format_frames(plain, context.numbers)}: no color; the steady texture is shown there")
     sizes = {colors.size for colors in surveyed.values() if colors.size}
     if len(sizes) > 1:
         context.warn(f"the pictures of the frames are from {min(sizes)} to {max(sizes)} pixels large; all textures get one size")

@@ -10,7 +10,7 @@ from ...core.evaluation.far_places import FAR, FarPlaces
 from ...core.evaluation.metrics import MeasuredFrame
 from ...core.geometry.stretch import RestShape
 from ...io.files import output_folder
-from ...io.frame_range import format_ranges
+from ...io.frame_range import format_frames, format_ranges
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
 from ...io.report import DEFORMED_FOLDER, DriftReport, FarPlace, FrameReport, deformed_path
@@ -88,7 +88,8 @@ def _warn_of_far_places(context: Context) -> None:
         if places:
             worst, numbers = places[0], sorted({place.frame for place in places})
             where = "({:.4g}, {:.4g}, {:.4g})".format(*worst.position)
-            more = f"{len(numbers)} of {len(context.numbers)} frames have such places beyond {FAR:.0%}: {format_ranges(numbers)}"
+            ranges = format_ranges(numbers, context.numbers)
+            more = f"{len(numbers)} of {len(context.numbers)} frames have such places beyond {FAR:.0%}: {ranges}"
             context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}; {more}")
 
 
@@ -96,7 +97,7 @@ def _warn_of_absent(context: Context) -> None:
     numbers = [frame.number for frame in context.report.frames if frame.absent]
     if numbers:
         what = "bodies of the mesh that the capture does not show there are shrunk to a point of the surface"
-        context.warn(f"frame{'s' if len(numbers) > 1 else ''} {format_ranges(numbers)}: {what}")
+        context.warn(f"{format_frames(numbers, context.numbers)}: {what}")
 
 
 def _warn_of_views(context: Context) -> None:
@@ -105,7 +106,7 @@ def _warn_of_views(context: Context) -> None:
     if frames and context.frames.take is not None:  # of bodies, each frame has a warning
         worst = max(frames, key=lambda frame: frame.flipped)
         where = f"{len(frames)} of {len(context.numbers)} frames have more than {FLIPPED_WARNING:.1%}"
-        numbers = format_ranges(frame.number for frame in frames)
+        numbers = format_ranges((frame.number for frame in frames), context.numbers)
         what = f"{worst.flipped:.2%} of the triangles are flipped, with those out of view; {where}: {numbers}"
         context.warn(f"frame {worst.number}: {what}")
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from ...core.geometry.mesh import triangle_areas, vertex_components
 from ...core.reference.group import ReferenceMesh
 from ...core.types import FrozenArrays, TriangleMesh
-from ...io.frame_range import format_ranges
+from ...io.frame_range import format_frames
 from ...io.report import TransientReport
 from ..session.context import Context
 from .groups import FrameGroup
@@ -93,7 +93,7 @@ def report_transients(context: Context, transients: Mapping[int, GroupTransients
     for is_shown, what in ((True, "shown as captured there and nowhere else"), (False, "left out")):
         numbers = [entry.frame for entry in context.report.transients if entry.shown == is_shown]
         if numbers:
-            which = f"frame{'s' if len(numbers) > 1 else ''} {format_ranges(numbers)}"
+            which = format_frames(numbers, context.numbers)
             context.warn(f"{which}: pieces that are there for a few frames only are not followed; they are {what}")
 
 

@@ -59,7 +59,12 @@ def test_each_gap_is_one_finding_at_the_frame_that_is_held():
 def test_what_most_frames_have_is_said_once_where_it_is_worst():
     frames = [frame(number, open_edges=10 + (number == 7)) for number in range(1, 10)]
     (finding,) = diagnose(frames)
-    assert finding.frame == 7 and "in 9 of 9 frames" in finding.message
+    assert finding.frame == 7 and finding.message.startswith("11 open edges; ") and "in 9 of 9 frames" in finding.message
+
+
+def test_one_thing_is_not_counted_in_the_plural():
+    (finding,) = diagnose(take(missing_textures=("skin.png",)))
+    assert finding.message == "1 missing texture: skin.png"
 
 
 def test_steady_growth_and_noise_are_no_jumps():

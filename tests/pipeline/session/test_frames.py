@@ -14,6 +14,7 @@ from refmesh_addon.core.settings import TrackingSettings
 from refmesh_addon.io.discovery import find_sequence
 from refmesh_addon.pipeline.session.cache import Cache
 from refmesh_addon.pipeline.session.frames import FRAMES_IN_MEMORY, Frames, read_frames
+from refmesh_addon.pipeline.session.part import Part
 from refmesh_addon.pipeline.session.session import Session
 from refmesh_addon.pipeline.session.stage_share import StageShare
 
@@ -38,9 +39,9 @@ class Take:
     def path(self, number: int) -> Path:
         return self.source / f"take_{number:03d}.obj"
 
-    def open(self) -> Frames:
+    def open(self, part: Part | None = None) -> Frames:
         note = lambda stage, number, share, skipped=False: self.progress.append((number, share))
-        session = Session(self.folder, Cache(self.folder / "cache"), shared_workers(), note)
+        session = Session(self.folder, Cache(self.folder / "cache"), shared_workers(), note, part=part)
         return read_frames(session, find_sequence(self.source), StageShare("tracking"), self.warnings.append, TrackingSettings())[0]
 
     def written(self) -> dict[str, int]:
@@ -54,6 +55,23 @@ def test_seams_are_merged_and_nothing_else_changes(tmp_path):
     assert len(frames.mesh(0).vertices) == len(ball().vertices)
     assert is_watertight(frames.mesh(0))
     assert_allclose(signed_volume(frames.mesh(0)), ball().volume, rtol=1e-5)
+
+
+def test_all_unusable_frames_are_named_with_the_option_that_leaves_them_out(tmp_path):
+    take = Take(tmp_path, *(ball() for _ in range(6)))
+    take.path(3).write_text("v 0 0 0")
+    with pytest.raises(RefMeshError, match=r"take_003.obj: holds no triangles; .* Export this frame again, .* --frames 1-2,4-6: "):
+        take.open()
+    take.path(5).write_bytes(b"")
+    with pytest.raises(RefMeshError, match=r"^2 of 6 frames cannot be used: 3, 5; .* --frames 1-2,4,6: .*take_003.obj: holds no triangles"):
+        take.open()
+    with pytest.raises(RefMeshError, match=r"^2 of 6 frames cannot be used"):
+        take.open(Part(StageShare("tracking"), 1, 1))
+    assert len(take.written()) == 5, "the others are read already when the run is repeated"
+    for number in range(1, 7):
+        take.path(number).write_bytes(b"")
+    with pytest.raises(RefMeshError, match=r"take_001.obj: the file is empty; none of the 6 frames can be used"):
+        take.open()
 
 
 def test_bodies_are_closed_and_meshes_are_as_captured(tmp_path):
