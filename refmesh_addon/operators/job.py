@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from ..core.errors import RefMeshError
 from ..core.settings import STAGES
+from ..io.frame_range import format_frames
 from ..properties.preferences import preferred_scheduler
 from ..properties.settings import setting_properties
 from ..properties.wording import for_window
@@ -129,8 +130,8 @@ class JobOperator(ShowingOperator):
         check_apart(sequence, output)
         not_imported = [number for number in sequence.numbers if str(number) not in state.frames]
         if not_imported:
-            frame = not_imported[0]
-            raise RefMeshError(f"--frames {frames or 'all'}: frame {frame} was not imported; import the sequence with these frames")
+            added = format_frames(not_imported, sequence.numbers)
+            raise RefMeshError(f"not part of the sequence yet: {added}; press 'Reload Frames', beside Source, or choose other Frames")
         settings, warnings = chosen_settings(self.properties, state.settings), settings_warnings(self.properties)
         if settings.reference.mesh:
             settings = replace(settings, reference=replace(settings.reference, mesh=str(absolute(settings.reference.mesh))))

@@ -1,9 +1,10 @@
-"""Points a sequence at its frames again after they were moved."""
+"""Points a sequence at its frames again after they were moved, or after some have come or gone."""
 
 import bpy
 from bpy.props import StringProperty
 
 from ..core.counted import counted
+from ..io.frame_range import format_ranges
 from ..properties.selection import sequence_object
 from .common import SequenceOperator, absolute, reporting
 
@@ -31,4 +32,40 @@ class REFMESH_OT_relocate_frames(SequenceOperator, bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (REFMESH_OT_relocate_frames,)
+class REFMESH_OT_reload_frames(SequenceOperator, bpy.types.Operator):
+    """Look for the frames again: those that were added to the folder join the sequence, and those that were deleted leave it. \
+The objects of the results, with all that you have done to them, stay"""
+
+    bl_idname = "refmesh.reload_frames"
+    bl_label = "Reload Frames"
+    bl_options = {"UNDO"}
+
+    @reporting
+    def execute(self, context):
+        from ..bridge.results.status import note_other_frames
+        from ..bridge.sequence.reload import reload_frames, selected_numbers
+
+        owner = sequence_object(context)
+        before = selected_numbers(owner.refmesh)
+        reloaded = reload_frames(owner)
+        if not reloaded.changed:
+            self.report({"INFO"}, "no frame was added or deleted")
+            return {"FINISHED"}
+        note_other_frames(owner.refmesh, before, selected_numbers(owner.refmesh))
+        owner.refmesh.checked = False
+        owner.refmesh.findings.clear()
+        self.report({"INFO"}, _summary(reloaded, owner.refmesh.done))
+        return {"FINISHED"}
+
+
+def _summary(reloaded, done: set[str]) -> str:
+    changes = ((reloaded.added, "added"), (reloaded.removed, "deleted"))
+    parts = [f"{counted(len(numbers), 'frame')} {what}: {format_ranges(numbers)}" for numbers, what in changes if numbers]
+    if done:
+        parts.append("run the steps again for results with these frames")
+        if reloaded.moved:
+            parts.append("until then, results play where the timeline had their frames before")
+    return "; ".join(parts)
+
+
+CLASSES = (REFMESH_OT_relocate_frames, REFMESH_OT_reload_frames)

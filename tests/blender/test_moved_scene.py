@@ -154,7 +154,7 @@ def test_a_place_without_all_frames_is_refused_and_changes_nothing(blender, proj
     (tmp_path / "few").mkdir()
     shutil.copy(tmp_path / "project" / "capture" / "ball_0006.obj", tmp_path / "few")
     before = all_paths(project)
-    with pytest.raises(RuntimeError, match="few: has no frame 7-8, 10-11 of this sequence"):
+    with pytest.raises(RuntimeError, match="few: lacks frames 7-11 of this sequence"):
         blender.ops.refmesh.relocate_frames(filepath=str(tmp_path / "few"))
     assert all_paths(project) == before
 

@@ -14,7 +14,7 @@ def missing_files(owner: bpy.types.Object) -> str:
     state = owner.refmesh
     first = absolute_path(owner, state.frames[0].path)
     if not first.is_file():
-        return f"the frames are not in {first.parent}: move them back, or import the sequence from where they are"
+        return f"the frames are not in {first.parent}: move them back, or choose one of them as Source"
     if not state.done:
         return ""
     needed = [absolute_path(owner, state.output) / REPORT_NAME]

@@ -8,7 +8,7 @@ import bpy
 
 from ...core.errors import RefMeshError
 from ...io.discovery import find_sequence
-from ...io.frame_range import format_ranges
+from ...io.frame_range import format_frames
 from ...io.report import REPORT_NAME
 from ..scene.paths import absolute_path, stored_path
 from ..scene.playback import CACHE_NAME, cache_path
@@ -66,7 +66,8 @@ def relocate_frames(owner: bpy.types.Object, source: Path) -> None:
     paths = {str(frame.number): frame.path for frame in sequence.frames}
     absent = [int(frame.name) for frame in state.frames if frame.name not in paths]
     if absent:
-        raise RefMeshError(f"{source}: has no frame {format_ranges(absent)} of this sequence; choose the folder of all of its frames")
+        lacking = format_frames(absent, [int(frame.name) for frame in state.frames])
+        raise RefMeshError(f"{source}: lacks {lacking} of this sequence; choose the folder of all of its frames")
     _point_at(owner, paths)
     state.source = stored_path(source)
     state.shown = ""

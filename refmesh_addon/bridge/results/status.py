@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ...core.options import label_of, value_label
 from ...core.settings import STAGES, flat_fields, setting_names
+from ...io.frame_range import format_selection
 
 STEP_NAMES = {
     "tracking": "Track",
@@ -39,6 +40,16 @@ def used_settings(state, seconds: dict[str, float], settings: dict[str, object],
     same = [name for name in seconds if name in state.done and not changes_of(before, name, settings, state.frame_selection)]
     kept = {name: max(seconds[name], before["seconds"].get(name, 0.0)) if name in same else seconds[name] for name in seconds}
     return json.dumps({"settings": settings, "frames": state.frame_selection, "seconds": kept, "inputs": inputs})
+
+
+def note_other_frames(state, before: list[int], now: list[int]) -> None:
+    """Notes that results are of other frames where the list of frames has changed below an unchanged selection.
+
+    before, now : numbers of the selected frames.
+    """
+    known = known_results(state)
+    if known and before != now and known["frames"] == state.frame_selection:
+        state.results = json.dumps({**known, "frames": format_selection(before, {*before, *now})})
 
 
 def step_status(state, stage: str) -> StepStatus:
