@@ -50,7 +50,7 @@ def make_parser(bpy, description: str) -> argparse.ArgumentParser:
         metavar=("openjd", "DIR"),
         help="run nothing, but write the job for a render farm: an Open Job Description template with its steps and tasks",
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files; warnings and errors still go to stderr")
     return parser
 
 

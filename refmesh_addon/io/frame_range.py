@@ -53,7 +53,7 @@ def format_ranges(numbers: Iterable[int], everything: Iterable[int] = ()) -> str
     """
     chosen, known = sorted(set(numbers)), sorted(set(everything))
     step = 1 if known else _common_step(chosen)
-    texts = [_range_text(first, last) for first, last in ranges_among(chosen, known or _multiples(chosen, step))]
+    texts = [range_text(first, last) for first, last in ranges_among(chosen, known or _multiples(chosen, step))]
     if len(texts) > RANGES_SHOWN:
         texts[RANGES_SHOWN - 1 : -1] = ["..."]
     return ", ".join(texts) + (f" in steps of {step}" if step > 1 else "")
@@ -67,7 +67,8 @@ def format_frames(numbers: Iterable[int], everything: Iterable[int]) -> str:
     return f"frame{'s' if len(chosen) > 1 else ''} {format_ranges(chosen, known)}"
 
 
-def _range_text(first: int, last: int) -> str:
+def range_text(first: int, last: int) -> str:
+    """ "5-14", "5", or "-3 to 5" where the first number is below zero."""
     if first == last:
         return str(first)
     return f"{first} to {last}" if first < 0 else f"{first}-{last}"

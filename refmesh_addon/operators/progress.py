@@ -84,7 +84,7 @@ def minutes(seconds: float) -> str:
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Callable]:
-    """A function that takes the events of a job and draws a bar of them on stderr, or draws nothing if `quiet`."""
+    """A function that takes the events of a job and draws a bar of them on stderr, unless `quiet`, with warnings between."""
     from tqdm import tqdm
 
     interval = 0.1 if sys.stderr.isatty() else LOG_INTERVAL
@@ -96,7 +96,7 @@ def progress_bar(quiet: bool) -> Iterator[Callable]:
 
         def advance(event):
             nonlocal stage
-            if event.kind == "warning" and not quiet:
+            if event.kind == "warning":
                 bar.write(f"warning: {event.message}", file=sys.stderr)
             clock.hear(event)
             bar.set_description_str(stage_and_frame(event), refresh=event.stage != stage)  # a new stage is shown at once

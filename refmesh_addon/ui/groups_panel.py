@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..bridge.sequence.raw_sequence import frame_at
 from ..properties.selection import sequence_object
 from .layout import SequencePanel, draw_wrapped
 
@@ -10,11 +11,12 @@ MARKERS = "Groups begin at the markers of the timeline. If you do not see them, 
 
 
 class REFMESH_UL_groups(bpy.types.UIList):
-    """One line for each group; a click goes to its first frame."""
+    """One line for each group, with the numbers of its frames' files; a click goes to its first frame."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
         following = data.groups[index + 1].start if index + 1 < len(data.groups) else data.frames[-1].scene_frame + 1
-        layout.label(text=f"{item.start} to {following - 1}", icon="MARKER_HLT")
+        first, last = (frame_at(data.id_data, scene_frame).name for scene_frame in (item.start, following - 1))
+        layout.label(text=f"{first} to {last}", icon="MARKER_HLT")
         if item.reference is not None:
             layout.label(text=f"{len(item.reference.data.polygons):,} triangles")
 

@@ -160,7 +160,7 @@ def test_another_topology_is_reported_with_what_was_carried(blender, dressed, fr
     blender.ops.refmesh.load_results(output=str(write_results(tmp_path / "finer", frames)))
     message = capfd.readouterr().out
     kinds = "UV maps, color attributes, other attributes, material assignment, vertex groups, shape keys"
-    assert f"the topology has changed: carried over by nearest surface were {kinds} of groups 0-1" in message
+    assert f"the topology has changed; carried over by nearest surface: {kinds} of groups 0-1" in message
 
 
 def test_errors_leave_the_colors_that_a_person_painted(blender, dressed):

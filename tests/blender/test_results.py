@@ -145,11 +145,12 @@ def test_groups_are_named_markers_that_are_kept_up_to_date(blender, solved, resu
     markers.new("my own", frame=6)
     assert [(marker.name, marker.frame) for marker in markers] == [("ball 6-8", 6), ("ball 10-11", 10), ("my own", 6)]
     markers["ball 10-11"].name = "landing"
+    solved.refmesh.root.name = "hero"
     blender.ops.refmesh.load_results()
-    assert sorted((marker.name, marker.frame) for marker in markers) == [("ball 6-8", 6), ("landing", 10), ("my own", 6)]
+    assert sorted((marker.name, marker.frame) for marker in markers) == [("hero 6-8", 6), ("landing", 10), ("my own", 6)]
     edit_report(results, lambda report: report["groups"].pop())
     blender.ops.refmesh.load_results()
-    assert sorted(marker.name for marker in markers) == ["ball 6-8", "my own"]
+    assert sorted(marker.name for marker in markers) == ["hero 6-8", "my own"]
 
 
 def test_loading_again_refreshes_what_is_there(blender, solved, results):

@@ -99,7 +99,7 @@ def _note(carried: dict[str, list[int]], kinds: str, index: int) -> None:
 def _carried_message(carried: dict[str, list[int]]) -> str:
     """What a person is told after the topology of some groups has changed; "" when none has, or nothing was on their objects."""
     parts = [f"{kinds} of {'group' if len(indices) == 1 else 'groups'} {format_ranges(indices)}" for kinds, indices in carried.items()]
-    return f"the topology has changed: carried over by nearest surface were {'; '.join(parts)}" if parts else ""
+    return f"the topology has changed; carried over by nearest surface: {'; '.join(parts)}" if parts else ""
 
 
 def _show_current_frame(owner: bpy.types.Object) -> None:

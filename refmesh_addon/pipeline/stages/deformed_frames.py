@@ -88,9 +88,9 @@ def _warn_of_far_places(context: Context) -> None:
         if places:
             worst, numbers = places[0], sorted({place.frame for place in places})
             where = "({:.4g}, {:.4g}, {:.4g})".format(*worst.position)
-            ranges = format_ranges(numbers, context.numbers)
-            more = f"{len(numbers)} of {len(context.numbers)} frames have such places beyond {FAR:.0%}: {ranges}"
-            context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}; {more}")
+            all_of_them = f"{len(numbers)} of {len(context.numbers)} frames, {format_ranges(numbers, context.numbers)}, have such places"
+            more = f"; {all_of_them} beyond {FAR:.0%}" if len(numbers) > 1 else ""
+            context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}{more}")
 
 
 def _warn_of_absent(context: Context) -> None:
@@ -105,10 +105,10 @@ def _warn_of_views(context: Context) -> None:
     frames = [frame for frame in context.report.frames if frame.flipped > FLIPPED_WARNING]
     if frames and context.frames.take is not None:  # of bodies, each frame has a warning
         worst = max(frames, key=lambda frame: frame.flipped)
-        where = f"{len(frames)} of {len(context.numbers)} frames have more than {FLIPPED_WARNING:.1%}"
         numbers = format_ranges((frame.number for frame in frames), context.numbers)
-        what = f"{worst.flipped:.2%} of the triangles are flipped, with those out of view; {where}: {numbers}"
-        context.warn(f"frame {worst.number}: {what}")
+        where = f"{len(frames)} of {len(context.numbers)} frames, {numbers}, have more than {FLIPPED_WARNING:.1%}"
+        what = f"{worst.flipped:.2%} of the triangles are flipped, with those out of view"
+        context.warn(f"frame {worst.number}: {what}{'; ' + where if len(frames) > 1 else ''}")
 
 
 def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, row: int) -> FrameReport:
