@@ -125,3 +125,18 @@ def test_modifiers_that_change_the_topology_are_refused_as_morph_targets(blender
     modifier.keyframe_insert("ratio", frame=8)
     with pytest.raises(RuntimeError, match="change the number of vertices between frames; export without Apply Modifiers"):
         blender.ops.refmesh.export(format="glb", first=6, last=8)
+
+
+@pytest.mark.parametrize("apply_modifiers", [False, True])
+def test_an_export_leaves_nothing_in_the_file(blender, painted, tmp_path, apply_modifiers):
+    """Shape keys without a mesh would make every later save report an error."""
+    deformed = painted.refmesh.groups[0].deformed
+    deformed.shape_key_add(name="Basis")
+    deformed.shape_key_add(name="smile").keyframe_insert("value", frame=6)
+    deformed.modifiers.new("Mine", "SUBSURF")
+    kinds = ("objects", "meshes", "shape_keys", "actions", "materials", "images", "node_groups", "collections")
+    before = {kind: sorted(item.name for item in getattr(bpy.data, kind)) for kind in kinds}
+    for kind in ("glb", "fbx", "pc2"):
+        blender.ops.refmesh.export(format=kind, apply_modifiers=apply_modifiers and kind != "pc2")
+        assert {kind: sorted(item.name for item in getattr(bpy.data, kind)) for kind in kinds} == before
+    assert blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend")) == {"FINISHED"}

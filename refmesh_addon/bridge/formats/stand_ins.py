@@ -24,6 +24,7 @@ from ..scene.meshes import read_positions, set_positions
 from ..scene.objects import remove_object
 from ..scene.overrides import remove_override
 from ..scene.playback import CACHE_NAME, cache_path
+from ..scene.shape_keys import clear_shape_keys
 from ..scene.visibility_nodes import NAME as VISIBILITY_NAME
 from ..scene.visibility_nodes import remove_visibility, show_all
 from .export import Export
@@ -90,8 +91,7 @@ def _copy_of(export: Export, index: int, root: bpy.types.Object) -> bpy.types.Ob
 def _leave_out_own(copy: bpy.types.Object, apply_modifiers: bool) -> None:
     """Takes off what only serves the view or an update, shape keys, which the cache overrides, and modifiers that are not requested."""
     remove_override(copy)
-    if copy.data.shape_keys is not None:
-        copy.shape_key_clear()
+    clear_shape_keys(copy)
     own = [layer.name for layer in copy.data.attributes if layer.name in (*OWN_LAYERS, ERROR_LAYER) or layer.name.startswith(CORRECTION)]
     for name in own:
         copy.data.attributes.remove(copy.data.attributes[name])

@@ -36,8 +36,7 @@ def write_shape_keys(member: bpy.types.Object, keys: list[ShapeKey], rest: np.nd
     """Replaces the shape keys by these, on a mesh whose basis is `rest`, (V, 3). Keyframes of their values are kept."""
     animation = _animation(member)
     active, pinned = member.active_shape_key_index, member.show_only_shape_key
-    if member.data.shape_keys is not None:
-        member.shape_key_clear()
+    clear_shape_keys(member)
     for key in keys:
         block = member.shape_key_add(name=key.name, from_mix=False)
         block.data.foreach_set("co", (rest + key.offsets).astype(np.float32).ravel())
@@ -49,6 +48,21 @@ def write_shape_keys(member: bpy.types.Object, keys: list[ShapeKey], rest: np.nd
     member.active_shape_key_index, member.show_only_shape_key = active, pinned
     if animation and keys:
         _animate(member.data.shape_keys, *animation)
+
+
+def clear_shape_keys(member: bpy.types.Object) -> None:
+    """Removes all shape keys from the mesh, and from the file.
+
+    Blender counts those of a copied mesh twice, keeps them without a mesh, and reports an error whenever such a file is saved.
+    """
+    keys = member.data.shape_keys
+    if keys is None:
+        return
+    name = keys.name
+    member.shape_key_clear()
+    kept = bpy.data.shape_keys.get(name)
+    if kept is not None and kept.user == member.data:
+        bpy.data.batch_remove([kept])
 
 
 def shift_shape_keys(mesh: bpy.types.Mesh, offset: np.ndarray) -> None:
