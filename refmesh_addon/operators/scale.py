@@ -22,7 +22,7 @@ class REFMESH_OT_scale_sequence(SequenceOperator, bpy.types.Operator):
         from ..bridge.scene.far_origin import scale_root
         from ..bridge.scene.focus import frame_selected, longest_side
         from ..bridge.scene.timeline import widen_clipping
-        from ..core.capture.scale import scale_suggestion
+        from ..core.capture.scale import meters, scale_suggestion
 
         owner = sequence_object(context)
         factor = self.factor or scale_suggestion(longest_side(owner, context.scene))
@@ -33,8 +33,17 @@ class REFMESH_OT_scale_sequence(SequenceOperator, bpy.types.Operator):
         longest = longest_side(owner, context.scene)
         widen_clipping(longest / context.scene.unit_settings.scale_length)
         frame_selected()
-        self.report({"INFO"}, f"scaled by {factor:g}: {longest:.3g} m long now")
+        _resolve_finding(owner.refmesh.findings)
+        self.report({"INFO"}, f"scaled by {factor:g}: {meters(longest)} m long now")
         return {"FINISHED"}
+
+
+def _resolve_finding(findings) -> None:
+    """Takes the note on the size off the list of the check."""
+    from ..core.capture.scale import ADVICE
+
+    for index in reversed([index for index, finding in enumerate(findings) if ADVICE in finding.message]):
+        findings.remove(index)
 
 
 CLASSES = (REFMESH_OT_scale_sequence,)

@@ -91,6 +91,7 @@ class REFMESH_OT_import_sequence(SceneOperator, ImportHelper, bpy.types.Operator
 
     def invoke(self, context, event):
         self.set_timeline = not bpy.data.actions  # the default; a scene that is already animated keeps its timeline
+        self.fps = context.scene.render.fps / context.scene.render.fps_base
         self.interactive = True
         return super().invoke(context, event)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.capture.scale import scale_note
+from ..core.capture.scale import meters, scale_note
 from ..core.counted import counted
 from ..core.errors import RefMeshError
 from ..io.discovery import find_sequence
@@ -98,7 +98,7 @@ def first_frame_kind(path: Path) -> str:
 
 def format_meters(sides: tuple[float, ...], unit: float) -> str:
     """(170, 60, 25) in centimeters as "1.7 x 0.6 x 0.25 m": whether the unit is the right one."""
-    return " x ".join(f"{unit * side:.3g}" for side in sides) + " m"
+    return " x ".join(meters(unit * side) for side in sides) + " m"
 
 
 def format_bytes(size: int) -> str:

@@ -206,8 +206,11 @@ def test_a_person_of_18_meters_is_said_and_scaled(blender, frames):
     owner = blender.context.active_object
     owner.refmesh.root.scale *= 18.7 / longest_side(owner, blender.context.scene)
     blender.context.view_layer.update()
-    assert scale_note(longest_side(owner, blender.context.scene)).startswith("18.7 m long: if this is a person, scale by 0.1")
+    note, findings = scale_note(longest_side(owner, blender.context.scene)), owner.refmesh.findings
+    assert note.startswith("18.7 m long: if this is a person, scale by 0.1")
+    findings.add().message, findings.add().message = "identical to frame 6", note
     blender.ops.refmesh.scale_sequence()
+    assert [finding.message for finding in findings] == ["identical to frame 6"]
     assert longest_side(owner, blender.context.scene) == pytest.approx(1.87)
     with pytest.raises(RuntimeError, match="a usual size"):
         blender.ops.refmesh.scale_sequence()

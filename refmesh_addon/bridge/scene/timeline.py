@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import shutil
 import tempfile
@@ -17,6 +18,7 @@ from ...io.files import PARTIAL_SUFFIX
 
 # Clipping of a 3D view, in sizes of the sequence: bounds of its start, least end.
 CLIP_START, CLIP_END = (1e-3, 1e-2), 20.0
+SAME_RATE = 1e-5  # relative difference of frame rates that is rounding of a Blender property
 LAST_BLOCK, TAIL = b"ENDB", 64  # what an uncompressed .blend ends with, in its last bytes
 TEXTURE_MARK = "refmesh_texture"  # custom property of images that belong to results
 
@@ -24,7 +26,7 @@ TEXTURE_MARK = "refmesh_texture"  # custom property of images that belong to res
 def set_timeline(scene: bpy.types.Scene, first: int, last: int, fps: float = 0.0) -> None:
     """Sets the frame range, shows its first frame, and sets the frame rate unless it is 0."""
     scene.frame_start, scene.frame_end = first, last
-    if fps > 0:
+    if fps > 0 and not math.isclose(fps, scene.render.fps / scene.render.fps_base, rel_tol=SAME_RATE):
         # Blender holds 29.97 as 30 frames in 1.001 seconds.
         scene.render.fps = max(1, round(fps))
         scene.render.fps_base = scene.render.fps / fps

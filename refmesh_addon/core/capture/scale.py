@@ -7,6 +7,7 @@ import math
 USUAL = (0.3, 4.0)  # meters: longest side of a head up to that of a person with arms raised, or of two people
 PERSON = 1.7  # meters
 FACTORS = (0.001, 0.01, 0.0254, 0.1, 0.3048, 10.0, 100.0, 1000.0)  # millimeters, centimeters, inches, decimeters, feet, and back
+ADVICE = ": if this is a person, scale by"
 
 
 def scale_suggestion(longest: float) -> float:
@@ -25,4 +26,9 @@ def scale_note(longest: float) -> str:
     factor = scale_suggestion(longest)
     if factor == 1.0:
         return ""
-    return f"{longest:.3g} m long: if this is a person, scale by {factor:g}, which makes it {longest * factor:.3g} m"
+    return f"{meters(longest)} m long{ADVICE} {factor:g}, which makes it {meters(longest * factor)} m"
+
+
+def meters(length: float) -> str:
+    """A length with three significant digits, and without an exponent: "1,770", "0.0123"."""
+    return f"{float(f'{length:.3g}'):,.10g}"

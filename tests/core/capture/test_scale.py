@@ -14,4 +14,5 @@ def test_the_factor_is_that_of_the_unit(longest, factor):
 
 
 def test_the_note_says_both_sizes():
+    assert scale_note(1769.4) == "1,770 m long: if this is a person, scale by 0.001, which makes it 1.77 m"
     assert scale_note(18.7) == "18.7 m long: if this is a person, scale by 0.1, which makes it 1.87 m"
