@@ -18,7 +18,7 @@ from ..properties.wording import for_window
 
 NO_SEQUENCE = "select an object of a mesh sequence, or import one with File > Import > Mesh Sequence (RefMesh)"
 CHECK_INSTALLATION = ". 'Check Installation' in the preferences of RefMesh names what does not work"
-LEAVE_EDIT_MODE = "leave edit mode first"
+OBJECT_MODE_FIRST = "switch to Object Mode first"
 INTERRUPTED = "interrupted: what is finished is kept, and the same command continues from there"
 
 
@@ -54,7 +54,7 @@ class SceneOperator:
     def poll_failure(cls, context) -> str:
         """Why the operator cannot run now, and what to do about it; "" when it can."""
         if context.mode != "OBJECT":
-            return LEAVE_EDIT_MODE
+            return OBJECT_MODE_FIRST
         return "a RefMesh job is running: wait for it or cancel it" if running_job(context) else ""
 
 
@@ -62,6 +62,7 @@ class SequenceOperator(SceneOperator):
     """Works on the sequence that `sequence_object` finds."""
 
     changes_sequence = True  # which the file that it is linked from has to do
+    restores_deleted = False  # objects of the sequence, the source among them, before it does anything else
 
     @classmethod
     def poll_failure(cls, context) -> str:
@@ -70,6 +71,8 @@ class SequenceOperator(SceneOperator):
             return NO_SEQUENCE
         if cls.changes_sequence and linked_note(owner):
             return linked_note(owner)
+        if not owner.users_collection and not cls.restores_deleted:
+            return "the source was deleted: press 'Load Results', or run a step, to bring it back"
         return super().poll_failure(context)
 
 
@@ -82,7 +85,7 @@ class CentersOperator(SequenceOperator):
         if owner is not None and owner.refmesh.centers is None:
             return "there are no centers yet; run the Track step first"
         failure = super().poll_failure(context)
-        return "" if failure == LEAVE_EDIT_MODE and context.edit_object == owner.refmesh.centers else failure
+        return "" if failure == OBJECT_MODE_FIRST and context.edit_object == owner.refmesh.centers else failure
 
 
 @contextmanager

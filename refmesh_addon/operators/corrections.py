@@ -5,7 +5,7 @@ from bpy.props import BoolProperty, IntProperty
 
 from ..core.errors import RefMeshError
 from ..properties.selection import edited_group, sequence_object
-from .common import LEAVE_EDIT_MODE, SequenceOperator, reporting
+from .common import OBJECT_MODE_FIRST, SequenceOperator, reporting
 
 
 class CorrectionOperator(SequenceOperator):
@@ -17,9 +17,10 @@ class CorrectionOperator(SequenceOperator):
     def poll_failure(cls, context) -> str:
         failure = super().poll_failure(context)
         owner = sequence_object(context)
-        if failure in ("", LEAVE_EDIT_MODE) and (edited_group(context) is None or not owner.refmesh.groups[edited_group(context)].deformed):
+        edited = edited_group(context)
+        if failure in ("", OBJECT_MODE_FIRST) and (edited is None or not owner.refmesh.groups[edited].deformed):
             return "there is no deformed mesh yet; run the Deform step first"
-        if failure == LEAVE_EDIT_MODE and context.active_object == owner.refmesh.groups[edited_group(context)].deformed:
+        if failure == OBJECT_MODE_FIRST and context.active_object == owner.refmesh.groups[edited].deformed:
             return ""
         return failure
 

@@ -13,7 +13,7 @@ from ..properties.preferences import preferred_scheduler
 from ..properties.settings import setting_properties
 from ..properties.wording import for_window
 from .arrivals import Arrivals
-from .common import absolute, reporting, sequence_object
+from .common import absolute, reporting
 from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
 from .settings import chosen_settings, preset_property, settings_warnings
@@ -61,12 +61,12 @@ class JobOperator(ShowingOperator):
         from ..pipeline.process.lock import keep_lock
         from ..pipeline.session.job import CACHE_FOLDER
 
-        owner = sequence_object(context)
+        owner = self.take_sequence(context)
         spec = self._spec(owner.refmesh)
         if self.keep_lock:
             keep_lock(Path(spec.output) / CACHE_FOLDER, spec.output)
         other_layouts = self.until == STAGES[-1] and keep_own_layouts(owner, Path(spec.output))
-        unchanged = self.resume and not other_layouts
+        unchanged = self.resume and not other_layouts and not self._messages
         if unchanged and is_up_to_date(owner, self.until, spec.settings.to_flat(), spec.frames, absolute(spec.output)):
             self.report({"INFO"}, "everything is up to date: nothing was computed, and the scene is as it was")
             return {"FINISHED"}

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import bpy
 
 from ..core.errors import RefMeshError
-from .common import SequenceOperator, absolute, reporting
+from .common import SequenceOperator, absolute, reporting, sequence_object
 from .modal import ModalOperator
 
 TIME_SLICE = 0.02  # seconds that updates of the scene may block the window at a time
@@ -18,6 +18,15 @@ class ShowingOperator(ModalOperator, SequenceOperator):
     _updates = None  # of the scene that remain, once there are any
     _kinds = None  # of objects before a job whose groups are shown while it runs
     _messages = ()  # that the updates returned
+    restores_deleted = True
+
+    def take_sequence(self, context):
+        """The selected sequence, with all its objects in the scene."""
+        from ..bridge.results.restoring import restore_deleted
+
+        owner = sequence_object(context)
+        self._messages = tuple(filter(None, [restore_deleted(owner)]))
+        return owner
 
     def remember_sequence(self, owner):
         """Remembers the sequence by its session_uid, since an undo in between replaces all Python objects."""

@@ -3,7 +3,6 @@
 import bpy
 from bpy.props import StringProperty
 
-from ..properties.selection import sequence_object
 from .common import absolute, reporting
 from .job import JobOperator
 from .modal import POLL_INTERVAL
@@ -71,7 +70,7 @@ class REFMESH_OT_load_results(ShowingOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        self.remember_sequence(sequence_object(context))
+        self.remember_sequence(self.take_sequence(context))
         if bpy.app.background:
             return self.show_all()
         self.start_modal(context, POLL_INTERVAL)

@@ -74,7 +74,7 @@ def test_small_ones_say_why_too(blender, operator):
 @pytest.mark.parametrize("operator", ON_SCENES)
 def test_in_edit_mode(blender, solved, operator):
     bpy.ops.object.mode_set(mode="EDIT")
-    message = "belongs to a mesh sequence already" if operator == "import_object" else "leave edit mode first"
+    message = "belongs to a mesh sequence already" if operator == "import_object" else "switch to Object Mode first"
     refused(operator, message, **ON_SCENES[operator])
     bpy.ops.object.mode_set(mode="OBJECT")
 

@@ -8,6 +8,7 @@ import bpy
 
 from ...core.errors import RefMeshError
 from ..results.groups import spans
+from ..results.restoring import fits_cache
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,15 @@ def choose(owner: bpy.types.Object, first: int, last: int, step: int, member: bp
         within = [frame for frame in chosen if (low is None or frame >= low) and (high is None or frame < high)]
         if within and (member is None or member in (state.groups[index].deformed, state.groups[index].reference)):
             groups[index] = tuple(within)
+    for index in groups:
+        _check_fits(state.groups[index].deformed)
     if not groups:
         raise RefMeshError("no group of frames to export: select the deformed mesh of one, or choose other frames")
     return Choice(groups, chosen.start, chosen.stop - 1, step)
+
+
+def _check_fits(member: bpy.types.Object) -> None:
+    """Raises RefMeshError for a mesh that is not the one that the results move, so that formats would differ in what they hold."""
+    if not fits_cache(member):
+        advice = "press Load Results to get it back; to change the topology, use modifiers above the cache"
+        raise RefMeshError(f"{member.name}: its mesh is no longer that of its point cache, so it does not play; {advice}")

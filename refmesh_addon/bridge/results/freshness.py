@@ -12,6 +12,7 @@ from ...core.settings import STAGES
 from ...io.report import REPORT_NAME
 from ..scene.paths import absolute_path
 from .missing import missing_files
+from .restoring import all_fit
 from .status import changes_of, known_results
 
 DIGEST_BYTES = 16
@@ -32,7 +33,9 @@ def fingerprint(owner: bpy.types.Object, results: Path) -> str:
 def is_up_to_date(owner: bpy.types.Object, stage: str, settings: dict[str, object], frames: str, results: Path) -> bool:
     """Whether a run up to `stage`, with these settings and this selection of frames, into `results`, would find everything there."""
     state = owner.refmesh
-    if stage not in STAGES or stage not in state.done or results != absolute_path(owner, state.output) or missing_files(owner):
+    if stage not in STAGES or stage not in state.done or results != absolute_path(owner, state.output):
+        return False
+    if missing_files(owner) or not all_fit(owner):
         return False
     known = known_results(state)
     if not known.get("inputs") or known["inputs"] != fingerprint(owner, results):
