@@ -110,3 +110,12 @@ def running_job(context) -> bpy.types.Operator | None:
 def absolute(path: str) -> Path:
     """The absolute form of a path as Blender writes it, where "//" is the folder of the saved scene."""
     return Path(os.path.abspath(bpy.path.abspath(path)))
+
+
+def output_folder(path: str) -> Path:
+    """The absolute form of an output folder. Raises RefMeshError for none, and for one beside a scene that has not been saved."""
+    if not path.strip():
+        raise RefMeshError("no output folder is chosen; fill in Output")
+    if path.startswith("//") and not bpy.data.filepath:
+        raise RefMeshError(f"{path}: the output folder is beside the scene: save the scene first, or choose another folder")
+    return absolute(path)

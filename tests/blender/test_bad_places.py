@@ -111,7 +111,7 @@ def test_results_written_to_by_another_sequence_are_refused(blender, ball, frame
         path.rename(path.with_name(path.name.replace("00", "01")))
     out = write_results(tmp_path / "results", frames)
     blender.ops.refmesh.import_sequence(filepath=str(other))
-    refused("load_results", "has frame 6, which is not in this sequence", output=str(out))
+    refused("load_results", "has frames 6-11, not in this sequence", output=str(out))
 
 
 def test_the_output_folder_stays_locked_until_the_exports_of_a_script_are_written(ball, tmp_path):
@@ -128,3 +128,11 @@ def test_an_output_folder_that_holds_the_input_is_refused_before_anything_is_wri
     before = sorted(frames.rglob("*"))
     refused("run_all", "the output folder holds the input", output=str(frames), quiet=True, keep_lock=True, **TINY)
     assert sorted(frames.rglob("*")) == before
+
+
+@pytest.mark.parametrize(("output", "message"), [("", "no output folder is chosen"), ("//out", "save the scene first, or choose another folder")])
+@pytest.mark.parametrize("operator", ["run_all", "load_results", "clean_cache"])
+def test_an_output_folder_without_a_place_is_refused(ball, operator, output, message):
+    """Neither the folder that Blender was started in nor that of the frames is meant."""
+    ball.refmesh.output = output
+    refused(operator, message)

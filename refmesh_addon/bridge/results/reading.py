@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.errors import RefMeshError
 from ...core.findings import CENTER_ATTRIBUTES
+from ...io.frame_range import format_frames
 from ...io.ply import read_surface
 from ...io.preview import PreviewMesh
 from ...io.report import REPORT_NAME, read_report, stored_offset
@@ -44,8 +45,9 @@ def read_results(folder: Path, known: dict[int, int]) -> Results:
     numbers = (*report["sequence"]["numbers"], *(number for group in report["groups"] for number in group["frames"]))
     foreign = [number for number in numbers if number not in known]
     if foreign:
+        others = f"{format_frames(foreign, numbers)}, not in this sequence"
         raise RefMeshError(
-            f"{folder / REPORT_NAME}: has frame {foreign[0]}, which is not in this sequence; choose the results of this sequence"
+            f"{folder / REPORT_NAME}: has {others}; press Reload Frames where they were added later, or choose the results of this sequence"
         )
     centers = read_centers(folder)
     offset = stored_offset(report)
