@@ -1,16 +1,19 @@
-"""Where two bodies touch: which of them a triangle may belong to, and which vertices no camera could see."""
+"""Where surfaces touch: which body a triangle may belong to, and which parts no camera could see."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import triangle_normals, vertex_normals
+from ..geometry.vectors import row_dot
 from ..geometry.winding import Enclosed
 from ..reference.mapping import INWARD
 from ..types import TriangleMesh
 
 MOST_OWNERS = 8  # centers that a triangle may belong to
+OPPOSITE = -0.5  # greatest cosine between the normals of two surfaces in contact: 120 degrees
 MARGIN = 0.1  # in s, how much farther than the nearest center the others may be
 
 
@@ -49,3 +52,14 @@ def behind_contact(
     candidates = np.flatnonzero(result)
     result[candidates] = enclosed(mesh.vertices[candidates]) & enclosed(ahead[candidates])
     return result
+
+
+def faced(points: np.ndarray, normals: np.ndarray, depths: np.ndarray, surface: SurfaceIndex) -> np.ndarray:
+    """(K,) bool, whether other surface that faces a point is nearer to it than the source, as in the contact of two parts of one body.
+
+    points, normals : (K, 3) of points on the surface, inside the source.  depths : (K,) their distances from the source, scene units.
+    surface : the reference deformed to the frame. No limb is as thin as that: its far side is captured as well.
+    """
+    directions = triangle_normals(surface.mesh)
+    opposite = lambda point, triangle: row_dot(normals[point], directions[triangle]) < OPPOSITE
+    return surface.query(points, float(depths.max(initial=0.0)), opposite).distances < depths

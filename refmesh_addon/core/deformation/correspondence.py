@@ -18,6 +18,7 @@ from ..geometry.mesh import triangle_normals
 from ..geometry.vectors import normalized, row_dot
 from ..geometry.winding import Enclosed, enclosed_by
 from ..types import FrozenArrays, TriangleMesh
+from .contact import faced
 from .partners import STRAIGHT, Limits, Partners, closest_partners, fitting
 from .surface_samples import SurfaceSampler, SurfaceSamples
 
@@ -25,6 +26,7 @@ from .surface_samples import SurfaceSampler, SurfaceSamples
 Compatible = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 TOUCHING = 1e-6  # share of the greatest distance below which the direction of an offset is mostly rounding
+DEEP = 0.5  # share of the greatest distance beyond which a sample inside the source may belong to a contact
 BESIDE = -0.1  # least agreement of normals for the walls of a crease: perpendicular ones count
 
 
@@ -83,6 +85,7 @@ class Correspondence:
         self._normals = triangle_normals(source.mesh)
         source_sampler = SurfaceSampler(source.mesh)
         self._samples, self._border = source_sampler.of(source.mesh), source_sampler.border
+        self._latest: SurfaceIndex | None = None
 
     def from_reference(self, mesh: TriangleMesh, limits: Limits, inset: float = 0.0) -> Pairs:
         """Samples of the deformed reference and their targets on the source.
@@ -93,8 +96,8 @@ class Correspondence:
         """
         samples = self._sampler.of(mesh).every(limits.stride)
         allowed = lambda sample, triangle: self._allowed(samples.corners[sample, 0], triangle)
-        paired, unpaired = closest_partners(samples, self.source, self._normals, limits, allowed)
-        paired = _off_border(self.source.mesh, self._border, paired)
+        paired, unpaired = closest_partners(samples, self.source, self._normals, limits, allowed, self._is_open)
+        paired = _off_border(self.source.mesh, self._border, self._outside_contacts(mesh, samples, paired, limits))
         offsets = samples.points[paired.samples] - paired.points
         directions = _directions(offsets, self._normals[paired.triangles], limits)
         pairs = _reference_pairs(samples, paired, paired.points, directions, limits)
@@ -112,8 +115,8 @@ class Correspondence:
         """
         samples, normals = self._samples.every(limits.stride), triangle_normals(mesh)
         allowed = lambda sample, triangle: self._allowed(mesh.triangles[triangle, 0], samples.triangles[sample])
-        index = SurfaceIndex(mesh)
-        paired, unpaired = closest_partners(samples, index, normals, limits, allowed)
+        index = self._index(mesh)
+        paired, unpaired = closest_partners(samples, index, normals, limits, allowed, self._is_open)
         if beside:
             not_away = fitting(samples, unpaired.samples, normals, BESIDE, allowed)
             nearest = index.query(samples.points[unpaired.samples], limits.distance, not_away)
@@ -123,6 +126,24 @@ class Correspondence:
         shares = barycentric(paired.points, mesh.vertices[corners])
         directions = _directions(paired.points - targets, normals[paired.triangles], limits)
         return Pairs(corners, shares, targets, directions, paired.distances, _weights(samples, paired, limits))
+
+    def _outside_contacts(self, mesh: TriangleMesh, samples: SurfaceSamples, paired: Partners, limits: Limits) -> Partners:
+        """Those without samples deep inside the source that other surface of the deformed reference covers.
+
+        A wall of a contact that the source does not show would be pulled into the crease where the contact ends.
+        """
+        deep = np.flatnonzero(paired.distances > DEEP * limits.distance)
+        deep = deep[self._enclosed(samples.points[paired.samples[deep]])]
+        covered, at = np.zeros(len(paired.samples), dtype=bool), paired.samples[deep]
+        if len(deep):
+            covered[deep] = faced(samples.points[at], samples.normals[at], paired.distances[deep], self._index(mesh))
+        return paired.where(~covered)
+
+    def _index(self, mesh: TriangleMesh) -> SurfaceIndex:
+        """Of a deformed reference; both directions of a round have the same."""
+        if self._latest is None or self._latest.mesh is not mesh:
+            self._latest = SurfaceIndex(mesh)
+        return self._latest
 
     def _not_deep(self, samples: SurfaceSamples, unpaired: Partners, inset: float) -> Partners:
         """Those that stick out of their own body or lie in it less deep than the inset."""

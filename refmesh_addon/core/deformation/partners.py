@@ -12,6 +12,8 @@ from ..types import FrozenArrays
 from .surface_samples import SurfaceSamples
 
 STRAIGHT = 0.7  # least cosine between offset and normal for what counts as straight above or below a surface, and not beside it
+PERPENDICULAR = 0.99  # least cosine between the offset of a closest point and the normal of its triangle where it lies within that
+NEAR = 0.02  # share of the greatest distance below which the direction of an offset does not matter
 
 
 @dataclass(frozen=True)
@@ -55,11 +57,12 @@ class Partners(FrozenArrays):
 
 
 def closest_partners(
-    samples: SurfaceSamples, surface: SurfaceIndex, normals: np.ndarray, limits: Limits, allowed: Allowed
+    samples: SurfaceSamples, surface: SurfaceIndex, normals: np.ndarray, limits: Limits, allowed: Allowed, beside: bool = False
 ) -> tuple[Partners, Partners]:
     """The samples that have a partner on the surface, with it; and those that have none, with the closest point.
 
-    normals : (T, 3) of the surface's triangles.  Samples with nothing within the distance are in neither.
+    normals : (T, 3) of the surface's triangles.  beside : whether it may lie beside the sample, as beyond a border.
+    Samples with nothing within the distance are in neither.
 
         o sample             o sample             o sample
         |                    |                      \\
@@ -68,18 +71,32 @@ def closest_partners(
 
     Left: the closest point fits, and is the partner. Middle and right: the closest point lies on surface that does not fit (===,
     the other side of a thin part, or another body in contact). The closest point of what fits is the partner if it lies straight
-    above or below. If it lies beside, the sample's own surface ends there, and the sample has no partner.
+    above or below. If it lies beside, the sample's own surface ends there, and the sample has no partner. This holds for the closest
+    point as well where it lies on an edge of the surface, as a crease is for the walls of a contact that ends there.
     """
     closest = Partners.of(np.arange(len(samples.points)), surface.query(samples.points, limits.distance))
     closest = closest.where(closest.triangles >= 0)
     fits = fitting(samples, closest.samples, normals, limits.cosine, allowed)
     good = fits(np.arange(len(closest.samples)), closest.triangles)
+    if not beside:
+        good &= _across(samples, closest, normals, limits)
     refused = closest.where(~good)
     points, fits = samples.points[refused.samples], fitting(samples, refused.samples, normals, limits.cosine, allowed)
     second = Partners.of(refused.samples, surface.query(points, limits.distance, fits))
     heights = np.abs(row_dot(points - second.points, normals[second.triangles]))
     above = (second.triangles >= 0) & (heights > STRAIGHT * second.distances)
     return closest.where(good).joined(second.where(above)), refused.where(~above)
+
+
+def _across(samples: SurfaceSamples, partners: Partners, normals: np.ndarray, limits: Limits) -> np.ndarray:
+    """(K,) bool, whether partners lie within a triangle, or straight above or below the sample, and not on an edge beside it.
+
+    normals : (T, 3) of the triangles.
+    """
+    offsets = samples.points[partners.samples] - partners.points
+    straight = np.abs(row_dot(samples.normals[partners.samples], offsets)) >= STRAIGHT * partners.distances
+    within = np.abs(row_dot(normals[partners.triangles], offsets)) >= PERPENDICULAR * partners.distances
+    return straight | within | (partners.distances <= NEAR * limits.distance)
 
 
 def fitting(samples: SurfaceSamples, chosen: np.ndarray, normals: np.ndarray, cosine: float, allowed: Allowed) -> Allowed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -13,7 +13,8 @@ from ..geometry.mesh import sample_surface, submesh, triangle_normals
 from ..geometry.voxels import Grid, fill, fill_closed, grid_around
 from ..surfacing.hole_caps import without_holes
 from ..types import TriangleMesh
-from .cap_points import HoleFinder
+from .cap_points import HoleFinder, OrientedPoints
+from .free_space import FreeSpace
 
 POINTS_PER_CENTER = 60  # on the anchor frame's surface: about 0.1 s apart on a body of 1000 centers
 IOU_RESOLUTION = 128  # voxels along the longest side when overlap is measured: the paper's 0.01 at 1.8 units, nearly
@@ -48,7 +49,7 @@ class AnchorFrame:
     tree : of points spread densely over its surface, the closest of which stands for the closest point: only its tangent
     plane matters, and it is several times as fast to find.  normals : (N, 3) of the surface at these points.
     holes : of the anchor frame.  grid, inside : its volume.  laplacian : (C, C) of the graph of strongest affinities.
-    shown : of an open take; None for closed bodies.
+    shown : of an open take; None for closed bodies.  free : of closed bodies; None for an open take.
     """
 
     tree: cKDTree
@@ -58,6 +59,7 @@ class AnchorFrame:
     laplacian: sparse.csr_matrix
     holes: HoleFinder
     shown: ShownSurface | None = None
+    free: FreeSpace | None = None
 
     @classmethod
     def of(cls, mesh: TriangleMesh, whole: np.ndarray, affinity: sparse.csr_matrix, holes: HoleFinder | None = None) -> AnchorFrame:
@@ -72,6 +74,11 @@ class AnchorFrame:
         laplacian = sparse.csgraph.laplacian(_strongest(affinity))
         finder = holes or HoleFinder(without_holes(mesh), 0.0)
         return cls(cKDTree(points), triangle_normals(surface)[owners], grid, inside, laplacian, finder)
+
+    def counted(self, points: np.ndarray, normals: np.ndarray, on_cap: np.ndarray) -> OrientedPoints:
+        """`HoleFinder.counted`, with those marked that are in free space, and over no hole."""
+        counted = self.holes.counted(points, normals, on_cap)
+        return counted if self.free is None else replace(counted, in_free_space=self.free.holds(counted.points) & (counted.holes < 0))
 
     def iou(self, mesh: TriangleMesh) -> float:
         """Intersection over union with the volume of a closed mesh, also where that leaves the anchor frame's box."""

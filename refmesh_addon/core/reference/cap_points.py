@@ -9,7 +9,7 @@ is a gap in the anchor frame alone, and their surface counts instead of the cap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..geometry.mesh import triangle_normals
 from ..geometry.vectors import row_dot
 from ..surfacing.hole_caps import CappedMesh
 from ..types import FrozenArrays, TriangleMesh
+from .free_space import in_most_frames
 
 REACH = 1.0  # s, farthest from the anchor frame's surface that a point may be to lie over one of its holes
 ALONG = 0.5  # least cosine between the normals of a point and of the cap that it lies along
@@ -32,16 +33,18 @@ class OrientedPoints(FrozenArrays):
 
     points : (P, 3) scene units.  normals : (P, 3) unit length, outward.  on_cap : (P,) bool, on a cap of the frame's own.
     holes : (P,) int32, the hole of the anchor frame that a point lies over; -1 for none.
+    in_free_space : (P,) bool, where the anchor frame shows that there is nothing.
     """
 
     points: Annotated[np.ndarray, "(P, 3) float64"]
     normals: Annotated[np.ndarray, "(P, 3) float64"]
     on_cap: Annotated[np.ndarray, "(P) bool"]
     holes: Annotated[np.ndarray, "(P) int32"]
+    in_free_space: Annotated[np.ndarray, "(P) bool"]
 
     def where(self, chosen: np.ndarray) -> OrientedPoints:
         """Those that are marked in (P,) bool `chosen`."""
-        return OrientedPoints(self.points[chosen], self.normals[chosen], self.on_cap[chosen], self.holes[chosen])
+        return OrientedPoints(*(getattr(self, item.name)[chosen] for item in fields(self)))
 
 
 class HoleFinder:
@@ -66,17 +69,21 @@ class HoleFinder:
 
         Points beyond the rim of a hole, which do not lie along its cap, are left out.
         """
+        free = np.zeros(len(points), dtype=bool)
         if self.empty:
-            return OrientedPoints(points, normals, on_cap, np.full(len(points), -1, dtype=np.int32))
+            return OrientedPoints(points, normals, on_cap, np.full(len(points), -1, dtype=np.int32), free)
         nearest = self._index.query(points, self._reach)
         holes = np.where(nearest.triangles >= 0, self._holes[nearest.triangles], -1).astype(np.int32)
         along = row_dot(normals, self._normals[nearest.triangles]) > ALONG
         beyond = (nearest.triangles >= 0) & on_border(self._mesh, self._border, nearest.triangles, nearest.points)
-        return OrientedPoints(points, normals, on_cap, holes).where(np.where(holes >= 0, along, ~beyond))
+        return OrientedPoints(points, normals, on_cap, holes, free).where(np.where(holes >= 0, along, ~beyond))
 
 
-def counting(frames: Sequence[OrientedPoints], anchor: int) -> list[OrientedPoints]:
-    """The points of each frame of a group that count for its surface.  anchor : index of the anchor frame among them."""
+def counting(frames: Sequence[OrientedPoints], anchor: int, spacing: float) -> list[OrientedPoints]:
+    """The points of each frame of a group that count for its surface.
+
+    anchor : index of the anchor frame among them.  spacing : s, scene units.
+    """
     count = 1 + max((int(frame.holes.max(initial=-1)) for frame in frames), default=-1)
     capped, shown = np.zeros(count), np.zeros(count)
     for index, frame in enumerate(frames):
@@ -84,7 +91,16 @@ def counting(frames: Sequence[OrientedPoints], anchor: int) -> list[OrientedPoin
         total = capped if index == anchor else shown
         total += np.bincount(over, minlength=count)
     gaps = np.append((shown > 0) & (shown >= COVERED * (len(frames) - 1) * capped), True)  # the last is for points over no hole
-    return [frame.where(_counts(frame, gaps, index == anchor)) for index, frame in enumerate(frames)]
+    counted = [frame.where(_counts(frame, gaps, index == anchor)) for index, frame in enumerate(frames)]
+    shown_by_most = in_most_frames([frame.points[frame.in_free_space] for frame in counted], spacing)
+    return [_without_strays(frame, kept) for frame, kept in zip(counted, shown_by_most, strict=True)]
+
+
+def _without_strays(frame: OrientedPoints, shown_by_most: np.ndarray) -> OrientedPoints:
+    """Those that are not in free space, or that most frames show there, as marked in (N,) bool for the N in free space."""
+    kept = ~frame.in_free_space
+    kept[frame.in_free_space] = shown_by_most
+    return frame.where(kept)
 
 
 def _counts(frame: OrientedPoints, gaps: np.ndarray, anchor: bool) -> np.ndarray:

@@ -25,6 +25,7 @@ from .anchor_frame import AnchorFrame, ShownSurface
 from .budget import ALIGNED_VERTICES, DENSE_TRIANGLES
 from .cap_points import HoleFinder, OrientedPoints, counting
 from .frame_features import FrameFeatures, SharedFeatures, frame_features
+from .free_space import FreeSpace
 from .mapping import FrameMap
 from .open_alignment import align_open
 from .oriented_points import oriented_points
@@ -138,7 +139,9 @@ def anchor_frame(
     holes = HoleFinder(CappedMesh(mapped, body.holes), group.spacing)
     whole = frame.whole(mapped)
     anchor = AnchorFrame.of(mapped, whole, group.affinity, holes)
-    return anchor if surface is None else replace(anchor, shown=ShownSurface.of(mapped, surface[kept] & whole, group.spacing))
+    if surface is None:
+        return replace(anchor, free=FreeSpace(TriangleMesh(mapped.vertices, mapped.triangles[whole]), anchor.tree, group.spacing))
+    return replace(anchor, shown=ShownSurface.of(mapped, surface[kept] & whole, group.spacing))
 
 
 def align_frame(
@@ -158,7 +161,7 @@ def align_frame(
         captured[body.mesh.triangles[body.holes < 0]] = True
         aligned = align_open(frame, group.positions, anchor, captured, settings.alignment_steps)
     points, normals, triangles = oriented_points(aligned.mesh, aligned.whole, count, np.random.default_rng(0))
-    surface = anchor.holes.counted(points, normals, body.holes[triangles] >= 0)
+    surface = anchor.counted(points, normals, body.holes[triangles] >= 0)
     mapped, whole = aligned.mesh, aligned.whole
     if captured_body is not body:  # a coarse copy has no sharp edges
         frame = FrameMap(captured_body.mesh, centers, group.affinity, group.spacing, settings.mapping)
@@ -186,7 +189,7 @@ def group_surface(frames: Iterable[AlignedFrame], anchor: int, lines: FrameFeatu
         surfaces.append(frame.surface)
         if index != anchor:
             shared.add(frame.features)
-    surfaces = counting(surfaces, anchor)
+    surfaces = counting(surfaces, anchor, spacing)
     points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
     return GroupSurface(points, normals, on_cap, shared.lines)
 

@@ -42,7 +42,7 @@ from .reconstruction import build_with
 from .tracking_result import TrackingResult
 from .transients import ExtendedMeshes, GroupTransients, group_transients
 
-REFERENCE_SCHEMA = 18
+REFERENCE_SCHEMA = 19
 OPEN_REFERENCE_SCHEMA = 3  # of what is done differently for open takes
 SEGMENT_SCHEMA = 1  # of what is done differently for the frames of a segment
 # Parts of the stage's time, roughly.
@@ -259,7 +259,7 @@ def _building(context: Context, tracking: TrackingResult, group: FrameGroup, gro
         own = group.source[centers.anchor]
         frames, anchor = (groups.of_source(group, frame) for frame in kept), kept.index(own)
         if settings.holes == "open":
-            surfaces = counting([frame.surface for frame in frames], anchor)
+            surfaces = counting([frame.surface for frame in frames], anchor, centers.spacing)
             points, normals, on_cap = (np.concatenate([getattr(one, name) for one in surfaces]) for name in ("points", "normals", "on_cap"))
             return settings.reconstruction, UnionPoints(points, normals, ~on_cap), centers.spacing, triangles, depth, True
         surface = group_surface(frames, anchor, groups.of_source(group, own).features, centers.spacing)
