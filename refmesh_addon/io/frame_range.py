@@ -67,6 +67,12 @@ def format_frames(numbers: Iterable[int], everything: Iterable[int]) -> str:
     return f"frame{'s' if len(chosen) > 1 else ''} {format_ranges(chosen, known)}"
 
 
+def format_others(numbers: Iterable[int], everything: Iterable[int], what: str) -> str:
+    """What a message about the worst of some frames adds: " (WHAT in 3 of 100 frames: 5-7)"; "" where it is the only one."""
+    chosen, known = sorted(set(numbers)), sorted(set(everything))
+    return f" ({what} in {len(chosen)} of {len(known)} frames: {format_ranges(chosen, known)})" if len(chosen) > 1 else ""
+
+
 def range_text(first: int, last: int) -> str:
     """ "5-14", "5", or "-3 to 5" where the first number is below zero."""
     if first == last:

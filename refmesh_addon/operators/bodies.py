@@ -12,7 +12,7 @@ BODY_NUMBER = {"name": "Body", "min": 0, "options": {"SKIP_SAVE"}}
 
 
 class REFMESH_OT_mark_body(CentersOperator, bpy.types.Operator):
-    """Mark a body that touches another one all the time by some of its centers, selected in edit mode: the two are then separate in \
+    """Mark a body that always touches another one, by some of its centers, selected in edit mode: the two are then separate in \
 the reference mesh"""
 
     bl_idname = "refmesh.mark_body"

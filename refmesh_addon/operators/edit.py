@@ -10,7 +10,7 @@ from .common import SequenceOperator, reporting
 
 
 class REFMESH_OT_exclude_frame(SequenceOperator, bpy.types.Operator):
-    """Exclude the current frame from the next run; the frame before it is then held"""
+    """Exclude the current frame from the next run; the mesh then moves on over it, as over a missing frame"""
 
     bl_idname = "refmesh.exclude_frame"
     bl_label = "Exclude Current Frame"

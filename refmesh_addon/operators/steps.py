@@ -10,7 +10,7 @@ from .showing import ShowingOperator
 
 
 class REFMESH_OT_run_all(JobOperator, bpy.types.Operator):
-    """Run every step: track the volume, extract reference meshes, deform them to every frame, measure the distance, bring over colors"""
+    """Run every step: track the volume, extract reference meshes, deform them to every frame, measure the distance, transfer colors"""
 
     bl_idname = "refmesh.run_all"
     bl_label = "Run All"
@@ -50,7 +50,7 @@ class REFMESH_OT_evaluate(JobOperator, bpy.types.Operator):
 
 
 class REFMESH_OT_color(JobOperator, bpy.types.Operator):
-    """Bring the capture's colors onto the reference meshes: a texture for each frame and a steady one for each mesh"""
+    """Transfer the capture's colors to the reference meshes: a texture for each frame and a steady one for each mesh"""
 
     bl_idname = "refmesh.color"
     bl_label = "Transfer Colors"

@@ -10,7 +10,7 @@ from ..core.counted import counted
 from ..pipeline.process.remote_stream import RemoteStream, decoded_files
 from .common import SceneOperator, absolute, reporting
 
-FOLDER = "Where to write; empty takes a folder beside the file, of its name"
+FOLDER = "Where to write; empty takes a folder of the same name beside the file"
 
 
 class REFMESH_OT_decode_stream(SceneOperator, bpy.types.Operator):

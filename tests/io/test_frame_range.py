@@ -1,7 +1,7 @@
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.io.frame_range import FrameRange, format_frames, format_ranges, format_selection, parse_ranges
+from refmesh_addon.io.frame_range import FrameRange, format_frames, format_others, format_ranges, format_selection, parse_ranges
 
 
 def test_ranges_are_read_as_written():
@@ -53,6 +53,11 @@ def test_numbers_as_ranges(numbers, message):
 def test_frames_of_a_take_are_named_as_a_person_would(numbers, message):
     """Ranges go on over numbers that the take does not have."""
     assert format_frames(numbers, range(0, 200, 10)) == message
+
+
+def test_a_message_about_the_worst_frame_sums_up_the_others():
+    assert format_others([7, 5, 6], range(10), "above 2%") == " (above 2% in 3 of 10 frames: 5-7)"
+    assert format_others([7], range(10), "above 2%") == ""
 
 
 def test_words_read_back_give_the_numbers():

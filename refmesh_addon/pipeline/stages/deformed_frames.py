@@ -10,7 +10,7 @@ from ...core.evaluation.far_places import FAR, FarPlaces
 from ...core.evaluation.metrics import MeasuredFrame
 from ...core.geometry.stretch import RestShape
 from ...io.files import output_folder
-from ...io.frame_range import format_frames, format_ranges
+from ...io.frame_range import format_frames, format_others
 from ...io.pc2 import write_pc2
 from ...io.ply import write_ply
 from ...io.report import DEFORMED_FOLDER, DriftReport, FarPlace, FrameReport, deformed_path
@@ -73,7 +73,7 @@ def write_deformed(context: Context, deformed: DeformedSequence, measured: Mappi
     context.report.far_places.sort(key=lambda place: -place.distance)
     _warn_of_far_places(context)
     _warn_of_absent(context)
-    _warn_of_views(context)
+    _warn_of_flipped(context)
 
 
 def _reported(number: int, kind: str, places: FarPlaces) -> list[FarPlace]:
@@ -88,9 +88,8 @@ def _warn_of_far_places(context: Context) -> None:
         if places:
             worst, numbers = places[0], sorted({place.frame for place in places})
             where = "({:.4g}, {:.4g}, {:.4g})".format(*worst.position)
-            all_of_them = f"{len(numbers)} of {len(context.numbers)} frames, {format_ranges(numbers, context.numbers)}, have such places"
-            more = f"; {all_of_them} beyond {FAR:.0%}" if len(numbers) > 1 else ""
-            context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}{more}")
+            others = format_others(numbers, context.numbers, f"beyond {FAR:.0%}")
+            context.warn(f"frame {worst.frame}: {surface} lies {worst.distance:.1%} of the diagonal from {other}, at {where}{others}")
 
 
 def _warn_of_absent(context: Context) -> None:
@@ -100,22 +99,21 @@ def _warn_of_absent(context: Context) -> None:
         context.warn(f"{format_frames(numbers, context.numbers)}: {what}")
 
 
-def _warn_of_views(context: Context) -> None:
-    """One warning of the flipped triangles of an open take."""
+def _warn_of_flipped(context: Context) -> None:
+    """One warning for all frames, at the worst. In an open take, triangles out of view count as well, and no other mesh helps."""
     frames = [frame for frame in context.report.frames if frame.flipped > FLIPPED_WARNING]
-    if frames and context.frames.take is not None:  # of bodies, each frame has a warning
-        worst = max(frames, key=lambda frame: frame.flipped)
-        numbers = format_ranges((frame.number for frame in frames), context.numbers)
-        where = f"{len(frames)} of {len(context.numbers)} frames, {numbers}, have more than {FLIPPED_WARNING:.1%}"
-        what = f"{worst.flipped:.2%} of the triangles are flipped, with those out of view"
-        context.warn(f"frame {worst.number}: {what}{'; ' + where if len(frames) > 1 else ''}")
+    if not frames:
+        return
+    worst = max(frames, key=lambda frame: frame.flipped)
+    others = format_others((frame.number for frame in frames), context.numbers, f"more than {FLIPPED_WARNING:.1%}")
+    by_groups = context.settings.reference.segments == "groups"
+    better = "a smaller --group-size may serve better" if by_groups else "begin another mesh there (--group-starts)"
+    remedy = f"; {better}" if context.frames.take is None else ", with those out of view"
+    context.warn(f"frame {worst.number}: {worst.flipped:.2%} of the triangles are flipped{others}{remedy}")
 
 
 def _frame_report(context: Context, smoothed: SmoothedFrame, group: FrameGroup, row: int) -> FrameReport:
     number = context.numbers[group.frames[row]]
-    if smoothed.flipped > FLIPPED_WARNING and context.frames.take is None:
-        better = "begin another mesh there (--group-starts)" if group.segment else "a smaller --group-size may serve it better"
-        context.warn(f"frame {number}: {smoothed.flipped:.2%} of the triangles are flipped; {better}")
     capped = context.frames.statistics[group.frames[row]].capped
     shares = {name: getattr(smoothed, name) for name in ("flipped", "held", "hidden", "absent")}
     return FrameReport(number, group.index, deformed_path(number), **shares, capped=capped)

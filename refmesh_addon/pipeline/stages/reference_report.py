@@ -11,6 +11,7 @@ from ...core.geometry.mesh import is_watertight, vertex_components
 from ...core.reference.budget import ALIGNED_VERTICES, DENSE_TRIANGLES, MAX_TRIANGLES, is_capped
 from ...core.reference.group import GroupCenters
 from ...io.files import output_folder
+from ...io.frame_range import format_others
 from ...io.ply import write_ply
 from ...io.report import GroupReport
 from ..session.context import Context
@@ -33,8 +34,8 @@ def write_references(context: Context, tracking: TrackingResult, references: Ref
         entry = replace(_group_report(context, references, group), reason=reasons[group.index])
         write_ply(context.claim(entry.reference), references.extended[group.index].mesh)
         context.report.groups.append(entry)
-        _warn_of_left_out(context, entry)
         _warn_of_joined(context, tracking, references, group)
+    _warn_of_left_out(context)
     context.remove_stale("reference/group_*.ply", keep=[group.reference for group in context.report.groups])
     arrays: dict[str, np.ndarray] = {}
     for group in references.groups:
@@ -90,10 +91,16 @@ def _warn_of_cap(context: Context) -> None:
         context.warn(f"dense frames are aligned by {copies}, and only the last round of the fit looks at all of them")
 
 
-def _warn_of_left_out(context: Context, entry: GroupReport) -> None:
-    for number in entry.left_out:
-        overlap = f"overlaps its group's anchor frame by only {entry.frame_iou_after[entry.frames.index(number)]:.2f} (IoU)"
-        context.warn(f"frame {number}: {overlap} and is left out of the reference mesh; a smaller --group-size may serve it better")
+def _warn_of_left_out(context: Context) -> None:
+    """One warning for all frames that do not contribute to the surface of their meshes, at the one that overlaps least."""
+    overlaps = {
+        number: entry.frame_iou_after[entry.frames.index(number)] for entry in context.report.groups for number in entry.left_out
+    }
+    if overlaps:
+        worst = min(overlaps, key=lambda number: overlaps[number])
+        others = format_others(overlaps, context.numbers, f"below {context.settings.reference.least_overlap:g}")
+        overlap = f"overlaps the anchor frame of its group by only {overlaps[worst]:.2f} (IoU){others}"
+        context.warn(f"frame {worst}: {overlap} and does not count for the reference mesh; a smaller --group-size may serve it better")
 
 
 def _warn_of_joined(context: Context, tracking: TrackingResult, references: References, group: FrameGroup) -> None:

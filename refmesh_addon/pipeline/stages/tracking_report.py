@@ -7,6 +7,7 @@ import numpy as np
 from ...core.findings import CENTER_LAYOUTS
 from ...core.tracking.center_attributes import center_attributes
 from ...io.files import CENTERS_NAME, output_folder, write_npz
+from ...io.frame_range import format_others
 from ...io.pc2 import write_pc2
 from ..session.cache import KEY_LENGTH, digest
 from ..session.context import Context
@@ -26,16 +27,24 @@ def report_tracking(context: Context, frames: TrackedFrames, spacing: float) -> 
     if context.frames.take is not None:
         return  # centers out of view lie outside, and come and go with what the camera sees
     jumps = frames.volume_jumps()
-    for index, (number, outside) in enumerate(zip(context.numbers, frames.outside.tolist(), strict=True)):
+    for index, number in enumerate(context.numbers):
         if born[index] or retired[index]:
             came = [f"a body has appeared: {born[index]} centers are born for it"] if born[index] else []
             left = [f"a body is missing: its {retired[index]} centers are retired"] if retired[index] else []
             context.warn(f"frame {number}: {'; '.join(came + left)}")
         elif index in jumps:
             _warn_of_jump(context, number, jumps[index])
-        if outside > OUTSIDE_SHARE:
-            remedy = "a higher --centers follows thin parts better"
-            context.warn(f"frame {number}: {outside:.1%} of the centers lie outside the surface; {remedy}")
+    _warn_of_outside(context, dict(zip(context.numbers, frames.outside.tolist(), strict=True)))
+
+
+def _warn_of_outside(context: Context, shares: dict[int, float]) -> None:
+    """One warning for all frames, at the worst.  shares : number of a frame -> of its centers, those that lie outside the surface."""
+    beyond = {number: share for number, share in shares.items() if share > OUTSIDE_SHARE}
+    if beyond:
+        worst = max(beyond, key=lambda number: beyond[number])
+        others = format_others(beyond, context.numbers, f"more than {OUTSIDE_SHARE:.0%}")
+        what = f"{beyond[worst]:.1%} of the centers lie outside the surface{others}"
+        context.warn(f"frame {worst}: {what}; a higher --centers follows thin parts better")
 
 
 def _warn_of_jump(context: Context, number: int, jump: float) -> None:
