@@ -21,7 +21,7 @@ QUICK = {"segments": "groups", "group_size": 3, "centers": 300, "resolution": 64
 QUICK |= {"alignment_steps": 1, "fit_rounds": 1, "samples": 1000}
 # Page -> the panels in its picture and its height in pixels.
 PAGES = {
-    "sequence": ("sequence", 270),
+    "sequence": ("sequence", 372),
     "track": ("track track_advanced centers", 446),
     "reference": ("reference groups bodies", 676),
     "deform": ("deform", 388),
@@ -75,8 +75,9 @@ def pictures() -> Iterator[float | None]:
         yield from alone(panels, [cls for cls in panels if cls.__name__.removeprefix("REFMESH_PT_") in names.split()])
         top = bpy.context.window.height - sidebar.y - sidebar.height
         box = f"{sidebar.width}x{height}+{sidebar.x}+{top}"
-        few = ["+dither", "-colors", "64"]
-        subprocess.run(["import", "-window", "root", "-crop", box, "+repage", *few, str(PLACE / f"{page}.png")], check=True)
+        few = ["+dither", "-colors", "64", "-depth", "8"]
+        target = f"PNG24:{PLACE / page}.png"  # gray pictures would be stored as such in 16 bits, which some programs show as white
+        subprocess.run(["import", "-window", "root", "-crop", box, "+repage", *few, target], check=True)
 
 
 def marks(owner: bpy.types.Object) -> str:

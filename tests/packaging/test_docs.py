@@ -84,6 +84,14 @@ def test_pages_that_the_panel_opens_are_those_of_the_text(page):
     assert page.with_suffix(".html").read_text(encoding="utf-8") == html(page)
 
 
+@pytest.mark.parametrize("page", PANEL_PAGES, ids=lambda page: page.name)
+def test_pictures_of_the_panel_are_shown_by_every_program(page):
+    """Some show gray pictures of 16 bits as white."""
+    header = page.with_suffix(".png").read_bytes()[:26]
+    depth, color_type = header[24], header[25]
+    assert header.startswith(b"\x89PNG") and (depth, color_type) == (8, 2)
+
+
 def test_pictures_are_small():
     assert sum(path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.suffix not in (".md", ".html")) < LARGEST
 
