@@ -1,13 +1,14 @@
 """Rate and distortion of compressed results: python -m benchmarks.compression OUT [--plot FILE.png] [--samples 40000]
 
 OUT is the output folder of a finished run, whose sources must still be where they were, or be named by --source. Draco codes every frame by
-itself; `make peers` brings it. The last line is JSON.
+itself; `make peers` brings it. Codecs whose packages are missing are left out, which is said. The last line is JSON.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from time import process_time
 
@@ -38,12 +39,15 @@ def main() -> None:
     parser.add_argument("--codecs", nargs="+", default=list(CODECS), choices=list(CODECS), metavar="NAME")
     parser.add_argument("--plot", type=Path, help="where to draw the curves")
     arguments = parser.parse_args()
+    names = [name for name in arguments.codecs if CODECS[name].is_available]
+    for name in set(arguments.codecs) - set(names):
+        print(f"left out: {name}, as the package {CODECS[name].package} is not installed (make peers)", file=sys.stderr)
     take = read_take(arguments.output)
     frames = read_sources(arguments.source or read_report(arguments.output)["input"], take, arguments.samples)
     rows = [{"codec": "uncoded", "setting": "", "mbps": float("nan"), **measured(take.groups, frames, take.diagonal)}]
-    for name in arguments.codecs:
+    for name in names:
         rows += curve(name, CODECS[name], take, frames)
-    savings = {name: savings_of(name, rows) for name in arguments.codecs}
+    savings = {name: savings_of(name, rows) for name in names}
     print(FORMULA.format(samples=arguments.samples), *table(rows), *savings_table(savings), sep="\n")
     if arguments.plot:
         draw(arguments.plot, rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -29,11 +30,20 @@ class Take:
 
 @dataclass(frozen=True)
 class Codec:
-    """run(take, setting) -> size in bytes, decoded groups.  settings : from coarse to fine.  describe : a setting in a table."""
+    """run(take, setting) -> size in bytes, decoded groups.  settings : from coarse to fine.  describe : a setting in a table.
+
+    package : Python package that the codec needs besides those of RefMesh, if any.
+    """
 
     run: Callable[[Take, object], tuple[int, list[FrameGroup]]]
     settings: tuple
     describe: Callable[[object], str]
+    package: str = ""
+
+    @property
+    def is_available(self) -> bool:
+        """Whether the package is installed."""
+        return not self.package or find_spec(self.package) is not None
 
 
 def draco(take: Take, bits: int) -> tuple[int, list[FrameGroup]]:
@@ -94,8 +104,8 @@ def _described(quality: Quality) -> str:
 
 CODECS = {
     "glb": Codec(small_glb, (2e-3, 1e-3, 5.1e-4, 2.5e-4, 1e-4), lambda error: f"error {100 * error:.3g} %"),
-    "draco": Codec(draco, (8, 9, 10, 11, 12), lambda bits: f"{bits} bits"),
-    "deltas + zstd": Codec(deltas, (2e-3, 1e-3, 5e-4, 2.5e-4), lambda step: f"step {100 * step:.3g} %"),
+    "draco": Codec(draco, (8, 9, 10, 11, 12), lambda bits: f"{bits} bits", "DracoPy"),
+    "deltas + zstd": Codec(deltas, (2e-3, 1e-3, 5e-4, 2.5e-4), lambda step: f"step {100 * step:.3g} %", "zstandard"),
     "refmesh": Codec(
         ours,
         (

@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from benchmarks.compression_codecs import Take, deltas, ours
+from benchmarks.compression_codecs import CODECS, Take, deltas, ours
 from benchmarks.rate_distortion import MeasuredFrame, mean_saving, psnr, rate_at
 from refmesh_addon.io.refmesh_stream.writer import Quality
 from tests.core import shapes
@@ -49,3 +51,8 @@ def test_codecs_give_back_what_they_were_given(codec, setting):
     for before, after in zip(torus_groups(), decoded):
         assert after.numbers == before.numbers and after.positions.shape == before.positions.shape
         assert np.abs(after.positions.mean(axis=1) - before.positions.mean(axis=1)).max() < 4e-3
+
+
+def test_a_codec_whose_package_is_missing_is_left_out():
+    assert CODECS["refmesh"].is_available
+    assert not replace(CODECS["refmesh"], package="no_such_package").is_available
