@@ -36,7 +36,7 @@ def tracked(
 
     start : state of the first frame, where it is known already.
     """
-    state, meshes = start, list(meshes)
+    state, earlier, meshes = start, None, list(meshes)
     volume_of = lambda mesh: sample_volume(mesh, settings.resolution, settings.centers)
     shown = visits(pieces_of(mesh) for mesh in meshes)
     for index, volume in enumerate(one_ahead(volume_of, meshes)):
@@ -44,10 +44,12 @@ def tracked(
             before, now = meshes[index - 1], meshes[index]
             leaving, coming = shown.leaving[index - 1], shown.coming[index]
             rest = volume_of(_pieces(now, coming, False)) if len(coming) else volume
-            change = Change(_pieces(before, leaving) if len(leaving) else None, _pieces(now, coming) if len(coming) else None, rest)
+            left, new = (_pieces(mesh, pieces) if len(pieces) else None for mesh, pieces in ((before, leaving), (now, coming)))
+            change = Change(left, new, rest, None if len(leaving) else lambda volume=earlier: volume)
             state = advanced(state, volume, change, settings)
         elif state is None:
             state = first_frame(volume, settings)
+        earlier = volume
         yield state, volume
 
 

@@ -111,10 +111,31 @@ def _finger(direction: float, tilt: Motion) -> Part:
     return Part(solid, Chain((Undo(place), curl, place, tilt)))
 
 
+ARM_RADIUS, SHOULDER = 0.15, (0.9, 0.55, 0.0)
+
+
+def lift() -> Sequence:
+    """A trunk whose two arms lie fused along its sides at first, and then lift by half a radian; all of it turns and moves."""
+    whole = Rigid((1, 0.2, 0), lambda t: 0.5 * t, lambda t: (0.1 * t, 0.0, 0.1 * t))
+    trunk = union(block((0, 0, 0), (1.1, 0.5, 0.32), 0.2), capsule((1.0, 0, 0), (1.4, 0, 0), 0.16), ball((1.6, 0, 0.03), 0.34))
+    body = Body((Part(trunk, whole), _lifted_arm(1, whole), _lifted_arm(-1, whole)))
+    return Sequence("lift", (body,), center=(0.5, 0, 0.05), reach=2.1, cell=0.07)
+
+
+def _lifted_arm(side: int, whole: Motion) -> Part:
+    """An arm on one side of the trunk, 1 or -1, which it overlaps a little."""
+    shoulder, height = np.array(SHOULDER) * [1, side, 1], 0.48 + ARM_RADIUS
+    place = Rigid((0, 0, 1), lambda t: 0.0, lambda t: shoulder)
+    swing = Rigid((0, 0, 1), lambda t: -0.5 * side * ramp(t, 0.3, 1.0), lambda t: (0.0, 0.0, 0.0))
+    upper = capsule((0.9, 0.3 * side, 0), (0.9, height * side, 0), ARM_RADIUS)
+    solid = union(upper, capsule((0.9, height * side, 0), (-0.6, height * side, 0), ARM_RADIUS))
+    return Part(solid, Chain((Undo(place), swing, place, whole)))
+
+
 def ramp(time: float, start: float, end: float) -> float:
     """0 before `start`, 1 after `end`, smooth between."""
     share = min(max((time - start) / (end - start), 0.0), 1.0)
     return share * share * (3.0 - 2.0 * share)
 
 
-SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, bend, twist, collide, appear, clasp, grasp, gears, engaged, walk)}
+SEQUENCES = {make.__name__: make for make in (tumble, beam, bar, bend, twist, collide, appear, clasp, grasp, lift, gears, engaged, walk)}

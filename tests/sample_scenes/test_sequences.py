@@ -10,8 +10,10 @@ from sample_scenes.generators import SEQUENCES
 
 # Number of connected surfaces at the start, in the middle and at the end.
 COMPONENTS = {"tumble": (1, 1, 1), "beam": (1, 1, 1), "bar": (1, 1, 1), "bend": (1, 1, 1), "twist": (1, 1, 1), "appear": (1, 2, 2)}
-COMPONENTS |= {"gears": (2, 2, 2), "engaged": (1, 1, 1), "walk": (1, 1, 1)}
+COMPONENTS |= {"gears": (2, 2, 2), "engaged": (1, 1, 1), "walk": (1, 1, 1), "lift": (1, 1, 1)}
 COMPONENTS |= {"collide": (2, 1, 2), "clasp": (2, 1, 2), "grasp": (2, 1, 2)}
+
+OVERLAPPING = {"lift"}  # parts overlap where they are fused, and a point there goes with the one or the other
 
 
 def components(mesh) -> int:
@@ -34,7 +36,7 @@ def test_bodies_touch_and_part(name):
     assert tuple(components(sequence.frame(time, seed=1)) for time in (0.0, 0.5, 1.0)) == COMPONENTS[name]
 
 
-@pytest.mark.parametrize("name", SEQUENCES)
+@pytest.mark.parametrize("name", sorted(SEQUENCES.keys() - OVERLAPPING))
 @pytest.mark.parametrize("time", [0.0, 0.4, 1.0])
 def test_rest_undoes_motion(name, time):
     sequence = SEQUENCES[name]()
@@ -44,7 +46,7 @@ def test_rest_undoes_motion(name, time):
     assert_allclose(sequence.motion(rest, labels, time), points, atol=1e-9 * sequence.reach)
 
 
-@pytest.mark.parametrize("name", sorted(SEQUENCES.keys() - {"engaged"}))  # whose surface in a contact is that of neither body
+@pytest.mark.parametrize("name", sorted(SEQUENCES.keys() - OVERLAPPING - {"engaged"}))  # whose surface in a contact is that of neither body
 def test_motion_carries_each_surface_onto_the_later_one(name):
     sequence = SEQUENCES[name]()
     start = max(body.start for body in sequence.bodies)

@@ -33,7 +33,7 @@ class Affinity(FrozenArrays):
 
     first, second : (N,) int32 centers of each pair, first < second.
     separation : (N,) largest squared distance so far, in s^2.
-    agreement : (N,) in (0, 1], how alike the two have moved so far.
+    agreement : (N,) in [0, 1], how alike the two have moved so far; 0 for pairs on two sides of a gap.
     centers : C.  spacing : s, scene units.
     """
 

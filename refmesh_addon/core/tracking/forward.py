@@ -46,6 +46,7 @@ class TrackedFrame(FrozenArrays):
     centers, before : (C, 3) in this frame and the one before (the same array for the first).
     cells : of the centers in this frame's volume.  arap_energy : in s^2.  steps : number of steps.
     active : (C,) bool, False for centers that were retired; None where all are.
+    receded : number of centers outside the volume that no gap explains, see `opening_gaps`.
     """
 
     centers: Annotated[np.ndarray, "(C, 3) float64"]
@@ -55,6 +56,7 @@ class TrackedFrame(FrozenArrays):
     arap_energy: float
     steps: int
     active: Annotated[np.ndarray, "(C) bool"] | None = None
+    receded: int = 0
 
     @property
     def active_centers(self) -> np.ndarray:
@@ -93,7 +95,13 @@ def next_frame(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -
     array([0.5, 0. , 0. ])
     """
     old, spacing = last.centers, last.affinity.spacing
-    centers = first_guess(old, old + INERTIA * (old - last.before), last.cells, volume.levels[0], spacing)
+    predicted = old + INERTIA * (old - last.before)
+    return settled(last, first_guess(old, predicted, last.cells, volume.levels[0], spacing), volume, settings)
+
+
+def settled(last: TrackedFrame, centers: np.ndarray, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
+    """The next frame, in whose volume the centers have come to rest, level by level.  centers : (C, 3) the guess to start from."""
+    old, spacing = last.centers, last.affinity.spacing
     affinity, steps, finer, longer = last.affinity, 0, *((VIEW_STOP, VIEW_STEPS) if volume.is_view else (1.0, 1))
     for level, stop, most in zip(volume.levels, STEP_STOP[-len(volume.levels) :], MAX_STEPS[-len(volume.levels) :], strict=True):
         weights, ownership = affinity.weights(), Ownership(level)

@@ -56,17 +56,17 @@ def cells(centers: np.ndarray, ownership: Ownership) -> Cells:
     return Cells(masses, middle, second, energy)
 
 
-def spread(volume: Volume, count: int) -> np.ndarray:
+def spread(volume: Volume, count: int, settled: float = SETTLED) -> np.ndarray:
     """`count` centers (C, 3) spread evenly through a volume: parts of equal mass, relaxed on coarse levels first.
 
-    They rotate, move and scale with the body, up to the resolution of the voxels.
+    settled : largest step, in s, that ends each level.  They rotate, move and scale with the body, up to the resolution of the voxels.
     """
     spacing = volume.center_spacing(count)
     centers = equal_parts(volume.finest, count)
     for level in volume.levels:
         ownership, largest = Ownership(level), np.inf
         for _ in range(MAX_STEPS):
-            if largest < SETTLED * spacing:
+            if largest < settled * spacing:
                 break
             step = OVER_RELAXATION * (centroids(centers, ownership) - centers)
             centers, largest = centers + step, np.linalg.norm(step, axis=1).max()

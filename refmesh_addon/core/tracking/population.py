@@ -7,6 +7,7 @@ centers keep their numbers and their last place, and take part in nothing.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,8 +17,9 @@ from ..settings import TrackingSettings
 from ..types import TriangleMesh
 from . import lloyd
 from .affinity import Affinity, near_pairs
-from .forward import TrackedFrame, next_frame
+from .forward import TrackedFrame
 from .lloyd import Cells
+from .opening_gaps import tracked_on
 from .ownership import Ownership
 from .volume import Volume, sample_volume
 
@@ -30,30 +32,34 @@ class Change:
 
     departure : what is in the last frame only, arrival : what is in the new one only, both closed; None where nothing is.
     settled : volume of the new frame without what arrives.
+    before : makes the volume of the last frame; None where something departs, or where gaps that open are not looked for.
     """
 
     departure: TriangleMesh | None
     arrival: TriangleMesh | None
     settled: Volume
+    before: Callable[[], Volume] | None = None
 
 
 def advanced(last: TrackedFrame, volume: Volume, change: Change, settings: TrackingSettings) -> TrackedFrame:
-    """`next_frame` where bodies may come and go.
+    """`tracked_on` where bodies may come and go.
 
     volume : of the new frame.  Raises ValueError where a body that comes holds too few voxels.
     """
     if change.departure is not None:
         last = retired(last, change.departure)
-    state = followed(last, change.settled, settings)
+    state = followed(last, change.settled, settings, change.before)
     return state if change.arrival is None else with_born(state, change.arrival, volume, settings)
 
 
-def followed(last: TrackedFrame, volume: Volume, settings: TrackingSettings) -> TrackedFrame:
-    """`next_frame` for the active centers; retired ones stay where they are."""
+def followed(
+    last: TrackedFrame, volume: Volume, settings: TrackingSettings, before: Callable[[], Volume] | None = None
+) -> TrackedFrame:
+    """`tracked_on` for the active centers; retired ones stay where they are."""
     if last.active is None:
-        return next_frame(last, volume, settings)
+        return tracked_on(last, volume, settings, before)
     chosen = np.flatnonzero(last.active)
-    return _merged(last, chosen, next_frame(_restricted(last, chosen), volume, settings))
+    return _merged(last, chosen, tracked_on(_restricted(last, chosen), volume, settings, before))
 
 
 def retired(state: TrackedFrame, body: TriangleMesh) -> TrackedFrame:
@@ -95,6 +101,7 @@ def with_centers(state: TrackedFrame, born: np.ndarray, volume: Volume, pairs: A
         state.arap_energy,
         state.steps,
         active,
+        state.receded,
     )
 
 
@@ -117,9 +124,8 @@ def _merged(last: TrackedFrame, chosen: np.ndarray, moved: TrackedFrame) -> Trac
     separation, agreement = last.affinity.separation.copy(), last.affinity.agreement.copy()
     separation[kept], agreement[kept] = moved.affinity.separation, moved.affinity.agreement
     affinity = replace(last.affinity, separation=separation, agreement=agreement)
-    return TrackedFrame(
-        centers, last.centers, affinity, _spread_out(moved.cells, chosen, centers), moved.arap_energy, moved.steps, last.active
-    )
+    cells = _spread_out(moved.cells, chosen, centers)
+    return replace(moved, centers=centers, before=last.centers, affinity=affinity, cells=cells, active=last.active)
 
 
 def _within(pairs: Affinity, number: np.ndarray) -> np.ndarray:

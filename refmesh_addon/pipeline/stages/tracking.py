@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -25,7 +26,7 @@ from .moving_bodies import report_bodies, take_bodies
 from .tracking_report import report_tracking
 from .tracking_result import TrackedFrames, TrackedRange, TrackingResult
 
-TRACKING_SCHEMA = 10
+TRACKING_SCHEMA = 11
 VIEW_SCHEMA = 5  # of what is done differently for open takes
 FORWARD_SHARE = 0.5  # of the tracking stage's time, roughly, where rounds of global optimization follow
 STATE = "state"  # all that the next frame needs; only that of the last frame is kept
@@ -95,6 +96,7 @@ def _followed(context: Context, index: int, last: TrackedFrame, volume: Volume) 
         frames.departure(index - 1) if index - 1 in frames.leaving else None,
         frames.arrival(index) if index in frames.coming else None,
         enclosed_volume(frames.settled(index), path, settings) if index in frames.coming else volume,
+        None if index - 1 in frames.leaving else partial(volume_of, context, index - 1),
     )
     try:
         state = advanced(last, volume, change, settings)

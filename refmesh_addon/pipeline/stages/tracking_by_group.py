@@ -15,7 +15,8 @@ from scipy import sparse
 
 from ...core.errors import RefMeshError
 from ...core.settings import TrackingSettings
-from ...core.tracking.forward import first_frame, next_frame
+from ...core.tracking.forward import first_frame
+from ...core.tracking.opening_gaps import tracked_on
 from ...core.tracking.renumbering import assignment
 from ...core.types import TriangleMesh
 from ..session.cache import digest
@@ -53,10 +54,11 @@ def track_group(bodies: list[TriangleMesh], paths: list[Path], settings: Trackin
 
     is_view : whether the frames are what a camera sees of bodies.
     """
-    state, frames = None, []
+    state, before, frames = None, None, []
     for body, path in zip(bodies, paths, strict=True):
         volume = replace(enclosed_volume(body, path, settings), is_view=is_view)
-        state = next_frame(state, volume, settings) if state else first_frame(volume, settings)
+        state = tracked_on(state, volume, settings, lambda earlier=before: earlier) if state else first_frame(volume, settings)
+        before = volume
         frames.append(TrackedFrames.of(state, volume, path))
     assert state is not None, "a group has at least one frame"
     return TrackedGroup(TrackedFrames.concatenated(frames), state.affinity.weights(), state.affinity.spacing)
