@@ -13,6 +13,7 @@ from ..bridge.results.status import export_note
 from ..bridge.scene.paths import absolute_path
 from ..core.counted import counted
 from ..core.errors import RefMeshError
+from ..pipeline.session.exported_files import EXPORT_FOLDER, ExportedFiles
 from ..properties.selection import sequence_object
 from ..properties.wording import draw_wrapped
 from .common import SequenceOperator, absolute, reporting
@@ -97,8 +98,12 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
             return {"FINISHED"}
         member = context.active_object if self.scope == "OBJECT" else None
         choices = {owner: choose(owner, self.first, self.last, self.step, member) for owner in self._owners(context)}
-        exports = [self._export_of(owner, choice) for owner, choice in choices.items()]
-        written = [path for export in exports for path in registry.write(registry.FORMATS[self.format], export)]
+        files = {owner: ExportedFiles(absolute_path(owner, owner.refmesh.output)) for owner in choices}
+        exports = [self._export_of(owner, choice, files[owner]) for owner, choice in choices.items()]
+        try:
+            written = [path for export in exports for path in registry.write(registry.FORMATS[self.format], export)]
+        finally:
+            self._tell_kept(path for each in files.values() for path in each.kept)
         self.report({"INFO"}, f"wrote {counted(len(written), 'file')} to {os.path.dirname(written[0])}")
         for export in exports:
             self._tell(export)
@@ -123,11 +128,11 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         for name in (*options, "scope", "first", "last", "step", "apply_modifiers", "directory"):
             layout.prop(self, name)
 
-    def _export_of(self, owner, choice):
+    def _export_of(self, owner, choice, files):
         results = absolute_path(owner, owner.refmesh.output)
-        folder = absolute(self.directory) if self.directory else results / "export"
+        folder = absolute(self.directory) if self.directory else results / EXPORT_FOLDER
         options = chosen_options(self.properties, registry.FORMATS[self.format])
-        return Export(owner, choice, results, folder, options, self.apply_modifiers, unwrapped_mesh)
+        return Export(owner, choice, results, folder, options, self.apply_modifiers, unwrapped_mesh, make_way=files.make_way)
 
     def _tell(self, export):
         """Size and error of what was written: in the window, on stderr, and in the panel."""
@@ -138,6 +143,10 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
                 print(text, file=sys.stderr)
             if export.owner.library is None:
                 export.owner.refmesh.exported = text
+
+    def _tell_kept(self, kept):
+        for path in kept:
+            self.report({"WARNING"}, f"{path.parent}: something that no export of these results had written is kept as {path.name}")
 
     def _owners(self, context):
         if self.scope != "COLLECTION":
@@ -162,7 +171,7 @@ class REFMESH_OT_estimate_export(SequenceOperator, bpy.types.Operator):
         quality, lines = owner.refmesh.export_quality, []
         for known in registry.written_formats():
             if known.estimate is not None and not known.unavailable():
-                export = Export(owner, choice, results, results / "export", known.options(quality=quality), unwrap=unwrapped_mesh)
+                export = Export(owner, choice, results, results / EXPORT_FOLDER, known.options(quality=quality), unwrap=unwrapped_mesh)
                 lines.append(f"{ESTIMATED_AS.get(known.name, known.label)}: {known.estimate(export)}")
         owner.refmesh.export_estimates = "\n".join(lines)
         for line in lines:

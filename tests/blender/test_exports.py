@@ -222,3 +222,15 @@ def test_nothing_chosen_is_said(blender, solved, results, arguments, message):
     with pytest.raises(RuntimeError, match=message):
         blender.ops.refmesh.export(format="pc2", **arguments)
     assert not (results / "export").exists()
+
+
+def test_files_of_others_in_the_folder_are_kept(blender, solved, tmp_path, capfd):
+    folder = tmp_path / "assets"
+    folder.mkdir()
+    for name in ("ball.glb", "ball.fbx"):
+        (folder / name).write_text("mine")
+    for _ in range(2):
+        for kind in ("glb", "fbx"):
+            assert blender.ops.refmesh.export(format=kind, directory=str(folder)) == {"FINISHED"}
+    assert sorted(path.name for path in folder.iterdir()) == ["ball.fbx", "ball.glb", "ball_kept_1.fbx", "ball_kept_1.glb"]
+    assert (folder / "ball_kept_1.glb").read_text() == "mine" and "is kept as ball_kept_1.glb" in capfd.readouterr().out

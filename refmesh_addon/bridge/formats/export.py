@@ -29,6 +29,7 @@ class Export:
     apply_modifiers : whether modifiers that a person has put on the deformed meshes, above the cache, go out as well.
     unwrap : a texture layout of a mesh, for formats that reduce it; None where none can be computed.
     notes : what a format tells of the files that it has written.
+    make_way : called with each file or folder before it is written, to keep what lies there and is not of an earlier export.
     """
 
     owner: bpy.types.Object
@@ -39,6 +40,7 @@ class Export:
     apply_modifiers: bool = True
     unwrap: Callable[[TriangleMesh], Layout | None] = lambda mesh: None
     notes: list[str] = field(default_factory=list)
+    make_way: Callable[[Path], None] = lambda path: None
 
     @property
     def name(self) -> str:
@@ -54,6 +56,13 @@ class Export:
         path = self.folder / name
         if path.exists() and _identity(path) in self._captured:
             raise RefMeshError(f"{path}: is a frame of the capture, which the export would replace; choose another folder")
+        self.make_way(path)
+        return path
+
+    def subfolder(self, name: str) -> Path:
+        """A folder in the folder that the format fills by itself."""
+        path = self.folder / name
+        self.make_way(path)
         return path
 
     @cached_property

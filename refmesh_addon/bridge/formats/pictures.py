@@ -44,5 +44,5 @@ def copy_pictures(export: Export, exported: Path | None = None) -> list[Path]:
     paths = [frame["texture"] for frame in report["frames"] if frame["number"] in chosen and frame.get("texture")]
     steady = [report["groups"][index]["texture"] for index in export.choice.groups if report["groups"][index].get("texture")]
     paths += [path for path in steady if exported is None or not (exported / Path(path).name).is_file()]
-    folder = output_folder(export.folder / f"{export.name}_textures")
+    folder = output_folder(export.subfolder(f"{export.name}_textures"))
     return [copy_result(export.results / path, folder / Path(path).name) for path in paths]

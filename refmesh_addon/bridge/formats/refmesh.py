@@ -54,7 +54,7 @@ def estimate(export: Export) -> str:
 
 def write(export: Export) -> list[Path]:
     """All groups in one file, frames by the numbers of their files."""
-    from ...io.refmesh_stream.textures import write_textures
+    from ...io.refmesh_stream.textures import textures_folder, write_textures
     from ...io.refmesh_stream.writer import write_stream
 
     target, extent = export.target(FORMAT.extensions[0]), diagonal(export)
@@ -63,6 +63,8 @@ def write(export: Export) -> list[Path]:
     export.notes.append(described(written, 8e-6 * written * frame_rate() / count, error / extent))
     size = export.options.texture
     groups = frame_groups(export, by_scene_frame=False, colors=True) if size else ()
+    if size:
+        export.subfolder(textures_folder(target).name)
     return [target, *write_textures(target, groups, size, layout_maker(export))]
 
 

@@ -55,7 +55,7 @@ def _write_group(export: Export, name: str, group) -> list[Path]:
         options.texture,
         layout_maker(export),
     )
-    return write_vat(export.folder / f"{name}_vat", name, group, frame_rate(), choice).paths
+    return write_vat(export.subfolder(f"{name}_vat"), name, group, frame_rate(), choice).paths
 
 
 FORMAT = Format(

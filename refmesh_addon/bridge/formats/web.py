@@ -21,7 +21,7 @@ def write(export: Export) -> list[Path]:
     data, runs = small_file(export, small_choice(export, export.options, packed=True))
     export.notes.append(small_note(data, runs))
     title = export.owner.refmesh.root.name
-    return write_web_page(export.folder / f"{export.name}_web", export.name, Take(title, data, runs, frame_rate()))
+    return write_web_page(export.subfolder(f"{export.name}_web"), export.name, Take(title, data, runs, frame_rate()))
 
 
 FORMAT = Format(
