@@ -101,6 +101,20 @@ def object_mode(context) -> Iterator[None]:
             bpy.ops.object.mode_set(mode="EDIT")
 
 
+@contextmanager
+def wait_cursor(context) -> Iterator[None]:
+    """Shows by the mouse cursor that Blender does not respond for a while."""
+    window = context.window
+    if window is None or bpy.app.background:
+        yield
+        return
+    window.cursor_modal_set("WAIT")
+    try:
+        yield
+    finally:
+        window.cursor_modal_restore()
+
+
 def running_job(context) -> bpy.types.Operator | None:
     """The job operator that is running in any window, if there is one."""
     running = (operator for window in context.window_manager.windows for operator in window.modal_operators)

@@ -16,7 +16,7 @@ from ..core.errors import RefMeshError
 from ..pipeline.session.exported_files import EXPORT_FOLDER, ExportedFiles
 from ..properties.selection import sequence_object
 from ..properties.wording import draw_wrapped
-from .common import SequenceOperator, absolute, reporting
+from .common import SequenceOperator, absolute, reporting, wait_cursor
 from .format_options import argument_names, chosen_options, format_arguments
 
 DIALOG_WIDTH = 360  # pixels at a resolution scale of 1
@@ -101,7 +101,8 @@ class REFMESH_OT_export(FormatArguments, SequenceOperator, bpy.types.Operator):
         files = {owner: ExportedFiles(absolute_path(owner, owner.refmesh.output)) for owner in choices}
         exports = [self._export_of(owner, choice, files[owner]) for owner, choice in choices.items()]
         try:
-            written = [path for export in exports for path in registry.write(registry.FORMATS[self.format], export)]
+            with wait_cursor(context):
+                written = [path for export in exports for path in registry.write(registry.FORMATS[self.format], export)]
         finally:
             self._tell_kept(path for each in files.values() for path in each.kept)
         self.report({"INFO"}, f"wrote {counted(len(written), 'file')} to {os.path.dirname(written[0])}")
@@ -172,7 +173,8 @@ class REFMESH_OT_estimate_export(SequenceOperator, bpy.types.Operator):
         for known in registry.written_formats():
             if known.estimate is not None and not known.unavailable():
                 export = Export(owner, choice, results, results / EXPORT_FOLDER, known.options(quality=quality), unwrap=unwrapped_mesh)
-                lines.append(f"{ESTIMATED_AS.get(known.name, known.label)}: {known.estimate(export)}")
+                with wait_cursor(context):
+                    lines.append(f"{ESTIMATED_AS.get(known.name, known.label)}: {known.estimate(export)}")
         owner.refmesh.export_estimates = "\n".join(lines)
         for line in lines:
             self.report({"INFO"}, line)

@@ -3,21 +3,13 @@
 import bpy
 from bpy.props import IntProperty
 
-from ..core.errors import RefMeshError
 from ..core.settings import OVER_REFERENCE
 from ..properties.selection import sequence_object
-from .common import SequenceOperator, absolute, reporting
+from .common import SequenceOperator, output_folder, reporting, wait_cursor
 
 
 class OwnMeshOperator(SequenceOperator):
     """Makes a mesh the mesh of the take."""
-
-    @staticmethod
-    def output_folder(owner):
-        """Where the mesh is written for the job. Raises RefMeshError when none is chosen."""
-        if not owner.refmesh.output:
-            raise RefMeshError("choose an output folder first: the mesh is written there for the job")
-        return absolute(owner.refmesh.output)
 
     def use(self, context, owner, target, over):
         """Makes an object the mesh of the take.  over : what it was retopologized from."""
@@ -25,7 +17,7 @@ class OwnMeshOperator(SequenceOperator):
         from ..bridge.sequence.raw_sequence import frame_at
 
         settings = owner.refmesh.settings
-        settings.mesh = str(keep_own_mesh(owner, target, over.to_source, self.output_folder(owner)))
+        settings.mesh = str(keep_own_mesh(owner, target, over.to_source, output_folder(owner.refmesh.output)))
         settings.mesh_frame = OVER_REFERENCE if over.reference else int(frame_at(owner, context.scene.frame_current).name)
         made = "made over the reference mesh" if over.reference else f"made over frame {settings.mesh_frame}"
         self.report({"INFO"}, f"'{target.name}' is the mesh of the take, {made}; run Reference to see it")
@@ -53,7 +45,7 @@ mesh; its polygons, UV maps and vertex groups stay"""
         from ..bridge.results.retopology_target import retopology_target
 
         owner, target = sequence_object(context), context.active_object
-        self.output_folder(owner)
+        output_folder(owner.refmesh.output)
         context.view_layer.update()  # a script may have moved the object just before
         return self.use(context, owner, target, retopology_target(owner, target))
 
@@ -95,10 +87,12 @@ triangles take some 15 seconds"""
         from ..bridge.results.retopology_target import RetopologyTarget, results_to_source
 
         owner = sequence_object(context)
-        self.output_folder(owner)
+        output_folder(owner.refmesh.output)
         context.view_layer.update()
         over = RetopologyTarget(results_to_source(owner), reference=True)
-        return self.use(context, owner, remesh_to_quads(context, owner, self.faces), over)
+        with wait_cursor(context):
+            quads = remesh_to_quads(context, owner, self.faces)
+        return self.use(context, owner, quads, over)
 
 
 class REFMESH_OT_forget_own_mesh(SequenceOperator, bpy.types.Operator):

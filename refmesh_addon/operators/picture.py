@@ -4,7 +4,7 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ..properties.selection import sequence_object
-from .common import SequenceOperator, absolute, reporting
+from .common import SequenceOperator, absolute, reporting, wait_cursor
 
 
 class REFMESH_OT_render_preview(SequenceOperator, bpy.types.Operator):
@@ -26,7 +26,8 @@ class REFMESH_OT_render_preview(SequenceOperator, bpy.types.Operator):
         owner = sequence_object(context)
         results = absolute(owner.refmesh.output)
         target = absolute(self.filepath) if self.filepath else results / "preview.png"
-        render_preview(owner, context.scene.frame_current, results, target, self.width)
+        with wait_cursor(context):
+            render_preview(owner, context.scene.frame_current, results, target, self.width)
         self.report({"INFO"}, f"wrote {target}")
         return {"FINISHED"}
 

@@ -8,7 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 from ..bridge.scene.objects import ROOT_ROTATION
 from ..core.counted import counted
 from ..pipeline.process.remote_stream import RemoteStream, decoded_files
-from .common import SceneOperator, absolute, reporting
+from .common import SceneOperator, absolute, reporting, wait_cursor
 
 FOLDER = "Where to write; empty takes a folder of the same name beside the file"
 
@@ -29,7 +29,8 @@ class REFMESH_OT_decode_stream(SceneOperator, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        written = decoded_files(absolute(self.filepath), folder_of(self))
+        with wait_cursor(context):
+            written = decoded_files(absolute(self.filepath), folder_of(self))
         self.report({"INFO"}, f"wrote {counted(len(written), 'file')} to {written[0].parent}")
         return {"FINISHED"}
 
@@ -56,7 +57,8 @@ class REFMESH_OT_import_stream(SceneOperator, bpy.types.Operator):
     def execute(self, context):
         from ..bridge.results.stream import import_stream
 
-        root = import_stream(context.scene, RemoteStream(absolute(self.filepath)), folder_of(self), self.up_axis)
+        with wait_cursor(context):
+            root = import_stream(context.scene, RemoteStream(absolute(self.filepath)), folder_of(self), self.up_axis)
         context.view_layer.objects.active = root
         return {"FINISHED"}
 
