@@ -72,7 +72,8 @@ def _opened(last: TrackedFrame, before: Volume, volume: Volume, settings: Tracki
 
 def _tracked_back(last: TrackedFrame, before: Volume, volume: Volume, settings: TrackingSettings) -> tuple[TrackedFrame, TrackedFrame]:
     """As many centers spread through the new frame, and the same in the frame before."""
-    centers, spacing = lloyd.spread(volume, len(last.centers), SPREAD), last.affinity.spacing
+    coarse = replace(volume, levels=volume.levels[:-1] or volume.levels)  # spreads centers evenly enough, in a fifth of the time
+    centers, spacing = lloyd.spread(coarse, len(last.centers), SPREAD), last.affinity.spacing
     affinity = without_gaps(near_pairs(centers, spacing), centers, volume)
     spread = TrackedFrame(centers, centers, affinity, lloyd.cells(centers, Ownership(volume.finest)), 0.0, 0)
     return spread, next_frame(spread, before, settings)
