@@ -15,16 +15,22 @@ from .texture_files import TextureFiles
 WITHOUT_PILLOW = "the Python package 'pillow' is missing, so pictures cannot be read: install the RefMesh extension for this platform"
 # What readers raise on files that the geometry path took.
 _UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, OSError)
+OUTPUT_MARK = "cache/written.txt"  # a file in every output folder: the list of what runs have written there
 
 
 def files_beside(path: Path) -> list[tuple[str, int, int, int]]:
-    """Name, size and times of every picture and material library in the folder of a frame or below: what its colors depend on."""
+    """Name, size and times of every picture and material library in the folder of a frame or below: what its colors depend on.
+
+    Output folders, which lie beside the frames unless another place is chosen, are passed over: their pictures change with every run.
+    """
     entries = []
-    for other in sorted(path.parent.rglob("*")):
-        if other.suffix.lower() in (*EXTENSIONS, ".mtl") and other.is_file():
-            state = other.stat()
-            entries.append((other.relative_to(path.parent).as_posix(), state.st_size, state.st_mtime_ns, state.st_ctime_ns))
-    return entries
+    for folder, folders, names in os.walk(path.parent):
+        folders[:] = [name for name in folders if not Path(folder, name, OUTPUT_MARK).is_file()]
+        for other in (Path(folder, name) for name in names):
+            if other.suffix.lower() in (*EXTENSIONS, ".mtl") and other.is_file():
+                state = other.stat()
+                entries.append((other.relative_to(path.parent).as_posix(), state.st_size, state.st_mtime_ns, state.st_ctime_ns))
+    return sorted(entries)
 
 
 def files_read(data: bytes, path: Path) -> dict[str, bytes]:

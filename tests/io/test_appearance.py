@@ -7,13 +7,27 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from refmesh_addon.io.appearance import parse_appearance
+from refmesh_addon.io.appearance import files_beside, parse_appearance
 from refmesh_addon.io.texture_files import TextureFiles
+from refmesh_addon.pipeline.session.written_files import WrittenFiles
 from tests.io.colored import COLORS, CORNERS, OBJ, RED, colors_near_corners, encoded, picture, write_obj
 
 
 def read(path):
     return parse_appearance(path.read_bytes(), path)[:2]
+
+
+def test_pictures_in_an_output_folder_are_none_of_the_capture(tmp_path):
+    path = write_obj(tmp_path)
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "skin.png").write_bytes(b"picture")
+    before = files_beside(path)
+    assert [name for name, *_ in before if name.endswith(".png")] == ["maps/skin.png", "skin.png"]
+    output = tmp_path / "refmesh_take"
+    (output / "texture").mkdir(parents=True)
+    (output / "texture" / "frame_0001.png").write_bytes(b"result")
+    WrittenFiles(output)
+    assert files_beside(path) == before
 
 
 def test_obj_shows_its_picture_the_right_way_up(tmp_path):

@@ -34,8 +34,9 @@ def survey(context: Context, share: StageShare) -> Mapping[int, FrameColors]:
     beside: dict[Path, list] = {}
     units = {}
     for index, frame in enumerate(context.frames.sequence.frames):
-        files = beside.setdefault(frame.path.parent, files_beside(frame.path))
-        key = digest(SURVEY_SCHEMA, context.frames.keys[index], files)
+        if frame.path.parent not in beside:  # listed once, however many frames are there
+            beside[frame.path.parent] = files_beside(frame.path)
+        key = digest(SURVEY_SCHEMA, context.frames.keys[index], beside[frame.path.parent])
         units[index] = WorkUnit(f"color/survey_{frame.number:04d}", key, lambda path=frame.path: (path,), frame.number)
     colors = cached_map(context, frame_colors, units, FrameColors, share)
     surveyed = {index: colors[index] for index in units}

@@ -148,7 +148,7 @@ def test_geometry_goes_through_whatever_is_wrong_with_pictures_and_the_steady_te
     (changed / "ball_006.png").unlink()
     Image.fromarray(gray.astype(np.uint16) * 257).save(changed / "BALL_006.PNG")
     warnings = finish(changed, output, **SMALL)
-    for sentence in ("ball_004.png", "ball_005.obj: names '../outside.png'", "frames 4-5 have no color", "from 64 to 128 pixels"):
+    for sentence in ("ball_004.png", "ball_005.obj: names '../outside.png'", "frames 4-5: no color", "from 64 to 128 pixels"):
         assert sum(sentence in line for line in warnings) == 1, sentence
     frames, groups = report(output)["frames"], report(output)["groups"]
     assert [frame["filled"] > 0.99 for frame in frames] == [False, True, True, False] and "color_psnr" not in frames[1]
