@@ -36,10 +36,11 @@ class CapTargets:
         self._on_cap = on_cap[self._near]
         self._surface, self._normals = SurfaceIndex(surface) if len(self._near) else None, triangle_normals(surface)
 
-    def pairs(self, mesh: TriangleMesh, limits: Limits) -> Pairs:
+    def pairs(self, mesh: TriangleMesh, limits: Limits, paired: np.ndarray) -> Pairs:
         """Vertices on caps of the deformed reference, with the closest points on caps of the frame that face the same way.
 
         Also those beside its caps that stand out beyond one of the frame's: they are walls that the frame has cut off higher up.
+        paired : (R,) bool, vertices that had a pair before. They keep it: let go, what has been pulled in would spring out again.
         """
         if self._surface is None:
             none = np.zeros((0, 3))
@@ -49,7 +50,7 @@ class CapTargets:
         normals = self._normals[closest.triangles]
         facing = self._on_cap & (row_dot(vertex_normals(mesh)[self._near], normals) > limits.cosine)
         beyond = row_dot(points - closest.points, normals) > STRAIGHT * closest.distances
-        near = np.flatnonzero((closest.triangles >= 0) & (facing | beyond))
+        near = np.flatnonzero((closest.triangles >= 0) & (facing | beyond | paired[self._near]))
         corners = np.repeat(self._near[near, None], 3, axis=1)
         shares = np.tile([1.0, 0.0, 0.0], (len(near), 1))
         distances = closest.distances[near]

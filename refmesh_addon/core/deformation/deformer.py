@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
+from scipy import sparse
 from scipy.spatial.transform import Rotation
 
 from ..geometry.closest_point import SurfaceIndex
 from ..geometry.mesh import mean_edge_length
+from ..geometry.rings import grown
 from ..geometry.subdivision import with_short_edges
 from ..geometry.winding import Enclosed, enclosed_by, nothing_enclosed_by
 from ..latest import latest_only
@@ -20,7 +22,7 @@ from ..settings import DeformationSettings
 from ..surfacing.hole_caps import smoothly_capped
 from ..types import FrozenArrays, Keyed, TriangleMesh
 from .arap import ArapSolver
-from .cap_targets import CapTargets
+from .cap_targets import RINGS, CapTargets
 from .contact import behind_contact, possible_owners
 from .correspondence import Compatible, Correspondence
 from .facing import Facing
@@ -118,9 +120,7 @@ class ReferenceDeformer:
         self._search = match_settings(reference.settings)
         self._solver = ArapSolver(reference.mesh, reference.settings.smoothness, TOLERANCE)
         self._sampler = SurfaceSampler(reference.mesh)
-        on_lines = np.zeros(len(reference.mesh.vertices), dtype=bool)
-        on_lines[[] if reference.features is None else reference.features] = True
-        self._relief = StrainRelief(self._solver, on_lines)
+        self._relief = StrainRelief(self._solver, _on_targets(reference, self._solver.energy.adjacency))
         self._length = mean_edge_length(reference.mesh)
         self._patches = self._patches_at(reference.mesh, self._keypoints_of(reference.mesh))
         self._compatible = (reference.centers.affinity > COMPATIBLE_AFFINITY).toarray()
@@ -244,6 +244,14 @@ def match_settings(settings: DeformationSettings) -> MatchSettings:
     """The search for partners of key points that a job asks for."""
     search = MatchSettings() if settings.keypoint_search == "guided" else PUBLISHED_SEARCH
     return replace(search, fixed_point=settings.keypoint_fit == "fixed")
+
+
+def _on_targets(reference: GroupReference, adjacency: sparse.csr_matrix) -> np.ndarray:
+    """(R,) bool, vertices that the fit has brought to feature lines and caps of a frame, of which closest points know nothing."""
+    on_lines, on_caps = np.zeros((2, len(reference.mesh.vertices)), dtype=bool)
+    for marked, vertices in ((on_lines, reference.features), (on_caps, reference.caps)):
+        marked[[] if vertices is None else vertices] = True
+    return on_lines | grown(adjacency, on_caps, RINGS)
 
 
 @latest_only

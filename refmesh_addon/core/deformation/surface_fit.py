@@ -135,7 +135,7 @@ class _Fit:
         self._solver, self._correspondence, self._unpaired = solver, correspondence, unpaired
         self._start, self._rest = start, solver.energy.rest_shape(start.vertices)
         self.mesh, self.rotations = start, np.tile(np.eye(3), (count, 1, 1))  # the start is the rest shape
-        self.trust, self.touched = np.ones(count), np.zeros(count, dtype=bool)
+        self.trust, (self.touched, self._on_caps) = np.ones(count), np.zeros((2, count), dtype=bool)
 
     def advance(self, setting: Round) -> float:
         """One round; returns the mean distance of its pairs, 0 where there is none."""
@@ -164,7 +164,8 @@ class _Fit:
         touched = np.zeros(count, dtype=bool)
         touched[pairs.corners[pairs.shares != 0]] = True
         if self._unpaired.caps is not None and setting.planes:
-            caps = self._unpaired.caps.pairs(self.mesh, setting.limits)
+            caps = self._unpaired.caps.pairs(self.mesh, setting.limits, self._on_caps)
+            self._on_caps[caps.corners[:, 0]] = True
             pairs, weights = pairs.joined(caps), np.append(weights, (setting.pull * self.trust)[caps.corners[:, 0]] * caps.weights)
         rows = pairs.rows(count)
         fixed, goals = self._lines(setting)

@@ -29,7 +29,7 @@ from .reference import References
 from .tracking_result import TrackingResult
 from .transients import GroupTransients
 
-DEFORMATION_SCHEMA = 17
+DEFORMATION_SCHEMA = 18
 SMOOTHING_SCHEMA = 3
 VIEW_SCHEMA = 3  # of what is done differently for open takes
 BLOCK = 10  # frames of a run that are smoothed together; the first has a multiple of it as index, wherever the run begins

@@ -33,9 +33,12 @@ def heights(points: np.ndarray) -> np.ndarray:
     return (SIDES[2] * (0.5 - FLOOR) - (points @ TILT)[:, 2]) / LENGTH
 
 
-def targets(mesh: TriangleMesh = REFERENCE, source: TriangleMesh | None = None):
+NEVER = np.zeros(len(REFERENCE.vertices), dtype=bool)
+
+
+def targets(mesh: TriangleMesh = REFERENCE, source: TriangleMesh | None = None, paired: np.ndarray = NEVER):
     caps = CapTargets(CAPS, triangle_adjacency(REFERENCE), smoothly_capped(source or frame()))
-    return caps.pairs(mesh, Limits(3 * LENGTH, 0.5))
+    return caps.pairs(mesh, Limits(3 * LENGTH, 0.5), paired)
 
 
 def test_the_fit_of_a_sole_is_flat_and_does_not_stand_below_the_rim():
@@ -57,8 +60,22 @@ def test_targets_lie_on_the_cap_and_walls_count_only_beyond_it():
     assert (heights(REFERENCE.vertices[np.setdiff1d(vertices, CAPS)]) > 0).all()
 
 
+def test_a_wall_that_was_pulled_in_keeps_its_target():
+    sunk = REFERENCE.moved(REFERENCE.vertices - 1.5 * LENGTH * TILT[:, 2])
+    before = targets(sunk)
+    walls = np.setdiff1d(before.corners[:, 0], CAPS)
+    assert len(walls) > 10
+    pulled_in = sunk.vertices.copy()
+    pulled_in[walls] += (heights(pulled_in[walls]) + 0.05)[:, None] * LENGTH * TILT[:, 2]
+    assert not np.isin(walls, targets(sunk.moved(pulled_in)).corners[:, 0]).any()
+    paired = NEVER.copy()
+    paired[before.corners[:, 0]] = True
+    assert np.isin(walls, targets(sunk.moved(pulled_in), paired=paired).corners[:, 0]).all()
+
+
 def test_a_cap_turned_away_or_far_off_and_a_frame_without_holes_give_no_targets():
     upside_down = REFERENCE.moved(REFERENCE.vertices - 2 * (REFERENCE.vertices @ TILT)[:, 2:] * TILT[:, 2])
     assert not len(targets(upside_down).corners)
     assert not len(targets(REFERENCE.moved(REFERENCE.vertices + [0, 9, 0])).corners)
-    assert not len(CapTargets(CAPS, triangle_adjacency(REFERENCE), without_holes(ball(2))).pairs(REFERENCE, Limits(9.0, 0.5)).corners)
+    whole = CapTargets(CAPS, triangle_adjacency(REFERENCE), without_holes(ball(2)))
+    assert not len(whole.pairs(REFERENCE, Limits(9.0, 0.5), NEVER).corners)
