@@ -2,12 +2,14 @@
 
 import re
 import runpy
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from refmesh_addon.core.presets import PRESETS
 from refmesh_addon.core.settings import flat_fields
+from refmesh_addon.io.report import ENTRIES, DriftReport, Report, TransientReport
 
 ROOT = Path(__file__).resolve().parents[2]
 PANEL_PAGES = sorted(ROOT.glob("docs/panel/*.md"))
@@ -52,6 +54,13 @@ def test_options_of_the_command_line_are_there():
         name = option.removeprefix("no-").replace("-", "_")
         assert name in settings or re.search(rf"^ +\"?{name}\"?: |\"--{option}\"", sources, flags=re.MULTILINE), option
     assert "|".join(PRESETS) in page.replace("\\", "")
+
+
+def test_every_key_of_the_report_is_explained():
+    page = (ROOT / "docs" / "headless.md").read_text()
+    explained = set(re.findall(r"`([a-z0-9_]+)`", page[page.index("In `report.json`") :]))
+    for kind in (Report, TransientReport, DriftReport, *ENTRIES.values()):
+        assert {field.name for field in fields(kind)} <= explained, kind.__name__
 
 
 @pytest.mark.parametrize("page", [ROOT / "docs" / "artist.md", *PANEL_PAGES], ids=lambda page: page.name)
