@@ -95,3 +95,19 @@ def test_the_whole_job_runs_on_groups(two_balls, tmp_path):
     for number, mesh in zip(FRAMES, sorted((tmp_path / "out" / "deformed").glob("*.ply")), strict=True):
         source = read_mesh(two_balls / f"balls_{number:03d}.obj")
         assert np.abs(np.ptp(read_mesh(mesh).vertices, axis=0) / np.ptp(source.vertices, axis=0) - 1).max() < 0.05
+
+
+def test_a_gap_that_opens_in_a_group_is_tracked_as_in_a_sequence(tmp_path):
+    """A block whose lid swings open, at the resolution at which centers would stay in the gap."""
+    source = tmp_path / "lid"
+    source.mkdir()
+    for number, angle in enumerate((0.0, 0.0, 0.2, 0.4)):
+        lid = trimesh.creation.box((2.0, 0.5, 0.6)).apply_translation((1.0, 0.24, 0.0))
+        lid.apply_transform(trimesh.transformations.rotation_matrix(angle, (0, 0, 1)))
+        block = trimesh.creation.box((2.0, 1.0, 0.6)).apply_translation((1.0, -0.5, 0.0))
+        trimesh.util.concatenate([block, lid]).export(source / f"lid_{number:03d}.obj")
+    fine = {"until": "tracking", "centers": 150, "resolution": 64}
+    finish(source, tmp_path / "sequence", **fine)
+    finish(source, tmp_path / "group", tracking="group", group_size=4, **fine)
+    np.testing.assert_array_equal(positions(tmp_path / "group"), positions(tmp_path / "sequence"))
+    assert max(report(tmp_path / "group")["tracking"]["dfu"]) < 0.3
