@@ -99,9 +99,10 @@ def _read_with(path: Path, names: list[NumberedName]) -> Sequence:
     found = readings(kept)
     if not found:
         return _build({picked: 1}, found, reason)
-    best = found[0]
-    members = [name for name in kept if best.sequence_of(name) == best.sequence_of(picked)]
-    reason.left_out((name for name in kept if name not in members), "which differ in another number: pick one of them to take them instead")
+    best, own = found[0], found[0].sequence_of(picked)
+    members = [name for name in kept if best.sequence_of(name) == own]
+    others = (name for name in kept if best.sequence_of(name) != own)
+    reason.left_out(others, "which differ in another number: pick one of them to take them instead")
     return _build({name: name.numbers[best.field] for name in members}, found, reason, picked)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -128,13 +129,16 @@ def _inward(frame: FrameStatistics) -> float:
 
 
 def _duplicates(frames: Sequence[FrameStatistics]) -> list[Finding]:
-    """Frames with the content of an earlier one."""
+    """Frames with the content of an earlier one: one finding for each run of frames with the same content, at the first of them."""
     first: dict[str, int] = {}
     findings = []
-    for frame in frames:
-        same = first.setdefault(frame.content, frame.number)
-        if same != frame.number:
-            findings.append(Finding("duplicate", "warning", frame.number, f"identical to frame {same}: motion stops here"))
+    for content, run in groupby(frames, lambda frame: frame.content):
+        numbers = [frame.number for frame in run]
+        same = first.setdefault(content, numbers[0])
+        copies = numbers[same == numbers[0] :]
+        if copies:
+            more = f", as are the {len(copies) - 1} after it" if len(copies) > 2 else ", as is the next" if len(copies) == 2 else ""
+            findings.append(Finding("duplicate", "warning", copies[0], f"identical to frame {same}{more}: motion stops here"))
     return findings
 
 

@@ -50,6 +50,17 @@ def test_figures_that_are_no_matter_of_the_mesh():
     assert kinds(take(missing_textures=("skin.png",))) == [("textures", "note", 5)]
 
 
+def test_frames_that_stand_still_are_one_finding():
+    frames = [frame(number, content=content) for number, content in enumerate("abbbcbdd", 1)]
+    assert [(finding.frame, finding.message) for finding in diagnose(frames)] == [
+        (3, "identical to frame 2, as is the next: motion stops here"),
+        (6, "identical to frame 2: motion stops here"),
+        (8, "identical to frame 7: motion stops here"),
+    ]
+    (finding,) = diagnose([frame(number, content="a") for number in range(1, 9)])
+    assert finding.message == "identical to frame 1, as are the 6 after it: motion stops here"
+
+
 def test_each_gap_is_one_finding_at_the_frame_that_is_held():
     frames = [frame(number) for number in (1, 2, 5, 6, 8)]
     findings = diagnose(frames, (3, 4, 7))
