@@ -4,7 +4,7 @@ import bpy
 
 from ..core.errors import RefMeshError
 from ..pipeline.process.packages import check_packages
-from .common import reporting
+from .common import reporting, wait_cursor
 
 
 class REFMESH_OT_check_installation(bpy.types.Operator):
@@ -15,7 +15,8 @@ class REFMESH_OT_check_installation(bpy.types.Operator):
 
     @reporting
     def execute(self, context):
-        versions, problems = check_packages()
+        with wait_cursor(context):
+            versions, problems = check_packages()
         if problems:
             raise RefMeshError("; ".join(problems))
         self.report({"INFO"}, f"all packages are installed: {', '.join(' '.join(item).strip() for item in versions.items())}")
