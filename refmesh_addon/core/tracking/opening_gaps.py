@@ -4,8 +4,8 @@ While parts are fused, the volume does not tell them apart, and each pulls on th
 Backward in time the same parts come together, and no center is in doubt. So where centers end in a gap, motions are taken from other
 centers, spread through the new frame and tracked backward into the one before.
 
-Centers may also lie outside because volume has receded, as where air leaves a shirt. There backward tracking does not help, and it is not
-tried again before more centers lie outside.
+Centers may also lie outside because volume has receded, as where air leaves a shirt, or because parts slide along each other. There
+backward tracking does not help, and it is not tried again before more centers lie outside.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ from .volume import Volume
 GAP = 0.25  # distance from the volume, in s, at which a center is in a gap; in the hollows of bent parts a few come half as far
 LINE = (0.25, 0.5, 0.75)  # where the line between two centers is looked at
 SPREAD = 0.02  # largest step, in s, at which centers are spread evenly enough for this
+REMAINING = 0.5  # share of them that may; parts that slide along each other without coming apart leave nearly all
 EXPLAINED = 1.25  # Lloyd energy after backward tracking against that of the spread: above it, a part is missing in the new frame
 
 
 def tracked_on(last: TrackedFrame, volume: Volume, settings: TrackingSettings, before: Callable[[], Volume] | None) -> TrackedFrame:
-    """`next_frame`; where centers end in gaps, once more with the motions of backward tracking, if fewer do then.
+    """`next_frame`; where centers end in gaps, once more with the motions of backward tracking, if at most REMAINING of them do then.
 
     before : makes the volume of the last frame; None where it is not that of the centers.
     """
@@ -43,7 +44,7 @@ def tracked_on(last: TrackedFrame, volume: Volume, settings: TrackingSettings, b
     if stuck <= last.receded:
         return state
     opened = _opened(last, before(), volume, settings)
-    if opened is None or np.count_nonzero(in_gaps(opened.centers, volume, spacing)) >= stuck:
+    if opened is None or np.count_nonzero(in_gaps(opened.centers, volume, spacing)) > REMAINING * stuck:
         return replace(state, receded=stuck)
     return opened
 
