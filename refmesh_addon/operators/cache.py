@@ -4,7 +4,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..properties.selection import sequence_object
-from .common import SequenceOperator, output_folder, reporting
+from .common import SequenceOperator, chosen_output, reporting
 
 
 class REFMESH_OT_clean_cache(SequenceOperator, bpy.types.Operator):
@@ -24,7 +24,7 @@ class REFMESH_OT_clean_cache(SequenceOperator, bpy.types.Operator):
         from ..pipeline.session.cache_size import clean_cache
         from ..pipeline.session.job import CACHE_FOLDER
 
-        output = output_folder(self.output or sequence_object(context).refmesh.output)
+        output = chosen_output(self.output or sequence_object(context).refmesh.output)
         with output_lock(output / CACHE_FOLDER, output):
             freed = clean_cache(output)
         self.report({"INFO"}, f"{freed / 1e6:.1f} MB of intermediate results removed")

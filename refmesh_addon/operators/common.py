@@ -126,7 +126,7 @@ def absolute(path: str) -> Path:
     return Path(os.path.abspath(bpy.path.abspath(path)))
 
 
-def output_folder(path: str) -> Path:
+def chosen_output(path: str) -> Path:
     """The absolute form of an output folder. Raises RefMeshError for none, and for one beside a scene that has not been saved."""
     if not path.strip():
         raise RefMeshError("no output folder is chosen; fill in Output")

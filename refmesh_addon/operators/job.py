@@ -13,7 +13,7 @@ from ..properties.preferences import preferred_scheduler
 from ..properties.settings import setting_properties
 from ..properties.wording import for_window
 from .arrivals import Arrivals
-from .common import absolute, output_folder, reporting
+from .common import absolute, chosen_output, reporting
 from .modal import POLL_INTERVAL
 from .progress import Clock, progress_bar
 from .settings import chosen_settings, preset_property, settings_warnings
@@ -125,7 +125,7 @@ class JobOperator(ShowingOperator):
         from ..pipeline.session.job_input import check_apart
 
         frames = self.frames or state.frame_selection
-        output = output_folder(self.output or state.output)
+        output = chosen_output(self.output or state.output)
         sequence = find_sequence(absolute(state.source), frames)
         check_apart(sequence, output)
         not_imported = [number for number in sequence.numbers if str(number) not in state.frames]

@@ -5,7 +5,7 @@ from bpy.props import IntProperty
 
 from ..core.settings import OVER_REFERENCE
 from ..properties.selection import sequence_object
-from .common import SequenceOperator, output_folder, reporting, wait_cursor
+from .common import SequenceOperator, chosen_output, reporting, wait_cursor
 
 
 class OwnMeshOperator(SequenceOperator):
@@ -17,7 +17,7 @@ class OwnMeshOperator(SequenceOperator):
         from ..bridge.sequence.raw_sequence import frame_at
 
         settings = owner.refmesh.settings
-        settings.mesh = str(keep_own_mesh(owner, target, over.to_source, output_folder(owner.refmesh.output)))
+        settings.mesh = str(keep_own_mesh(owner, target, over.to_source, chosen_output(owner.refmesh.output)))
         settings.mesh_frame = OVER_REFERENCE if over.reference else int(frame_at(owner, context.scene.frame_current).name)
         made = "made over the reference mesh" if over.reference else f"made over frame {settings.mesh_frame}"
         self.report({"INFO"}, f"'{target.name}' is the mesh of the take, {made}; run Reference to see it")
@@ -45,7 +45,7 @@ mesh; its polygons, UV maps and vertex groups stay"""
         from ..bridge.results.retopology_target import retopology_target
 
         owner, target = sequence_object(context), context.active_object
-        output_folder(owner.refmesh.output)
+        chosen_output(owner.refmesh.output)
         context.view_layer.update()  # a script may have moved the object just before
         return self.use(context, owner, target, retopology_target(owner, target))
 
@@ -87,7 +87,7 @@ triangles take some 15 seconds"""
         from ..bridge.results.retopology_target import RetopologyTarget, results_to_source
 
         owner = sequence_object(context)
-        output_folder(owner.refmesh.output)
+        chosen_output(owner.refmesh.output)
         context.view_layer.update()
         over = RetopologyTarget(results_to_source(owner), reference=True)
         with wait_cursor(context):

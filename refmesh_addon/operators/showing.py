@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import bpy
 
 from ..core.errors import RefMeshError
-from .common import SequenceOperator, output_folder, reporting, sequence_object
+from .common import SequenceOperator, chosen_output, reporting, sequence_object
 from .modal import ModalOperator
 
 TIME_SLICE = 0.02  # seconds that updates of the scene may block the window at a time
@@ -41,7 +41,7 @@ class ShowingOperator(ModalOperator, SequenceOperator):
 
     def results_folder(self):
         """The output folder of the results."""
-        return output_folder(self.sequence().refmesh.output)
+        return chosen_output(self.sequence().refmesh.output)
 
     def scene_updates(self):
         """Functions of the sequence object that show its results one after the other; None while files are still being read."""
