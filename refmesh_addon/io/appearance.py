@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..core.color.appearance import Appearance
 from ..core.errors import RefMeshError
+from .files import WRITTEN_LIST
 from .formats import frame_format
 from .images import EXTENSIONS, images_available
 from .texture_files import TextureFiles
@@ -15,7 +16,6 @@ from .texture_files import TextureFiles
 WITHOUT_PILLOW = "the Python package 'pillow' is missing, so pictures cannot be read: install the RefMesh extension for this platform"
 # What readers raise on files that the geometry path took.
 _UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, OSError)
-OUTPUT_MARK = "cache/written.txt"  # a file in every output folder: the list of what runs have written there
 
 
 def files_beside(path: Path) -> list[tuple[str, int, int, int]]:
@@ -25,7 +25,7 @@ def files_beside(path: Path) -> list[tuple[str, int, int, int]]:
     """
     entries = []
     for folder, folders, names in os.walk(path.parent):
-        folders[:] = [name for name in folders if not Path(folder, name, OUTPUT_MARK).is_file()]
+        folders[:] = [name for name in folders if not Path(folder, name, WRITTEN_LIST).is_file()]
         for other in (Path(folder, name) for name in names):
             if other.suffix.lower() in (*EXTENSIONS, ".mtl") and other.is_file():
                 state = other.stat()

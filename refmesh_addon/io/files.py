@@ -16,6 +16,7 @@ from .npz_reader import loaded_arrays
 from .regular_files import open_regular
 
 CENTERS_NAME = "centers.npz"  # in the output folder: the result of tracking
+WRITTEN_LIST = "cache/written.txt"  # in every output folder: a line for each file that runs have written there, relative to it
 PARTIAL_SUFFIX = ".refmesh-partial"  # of a file that is still being written; what a killed run leaves is removed by the next
 
 

@@ -7,14 +7,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from ...core.errors import RefMeshError
-from ...io.files import CENTERS_NAME, atomic_file, output_folder
+from ...io.files import CENTERS_NAME, WRITTEN_LIST, atomic_file, output_folder
 from ...io.findings import CHECK_NAME, CHECK_TEXT, read_findings
 from ...io.regular_files import read_regular
 from ...io.report import REPORT_NAME, read_report
 from ...io.report_schema import PATHS
-from .job import CACHE_FOLDER
 
-LIST_NAME = "written.txt"  # in the cache folder: one path on each line, relative to the output folder
 # Names that only RefMesh gives, for folders that were written before there was a list or have lost theirs.
 _OWN_NAME = re.compile(
     r"deformed/frame_-?\d+\.ply|reference/group_\d{3,}\.ply|playback/(centers|group_\d{3,})-[0-9a-f]{12}\.pc2|colored/frame_-?\d+\.ply"
@@ -32,7 +30,8 @@ class WrittenFiles:
 
     def __init__(self, output: Path):
         self._output = output
-        self._list = output_folder(output / CACHE_FOLDER) / LIST_NAME
+        self._list = output / WRITTEN_LIST
+        output_folder(self._list.parent)
         self._names: set[str] = set()
         self._unlisted = False
         try:

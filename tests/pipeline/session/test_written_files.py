@@ -6,7 +6,8 @@ import shutil
 import pytest
 
 from refmesh_addon.core.errors import RefMeshError
-from refmesh_addon.pipeline.session.written_files import LIST_NAME, WrittenFiles
+from refmesh_addon.io.files import WRITTEN_LIST
+from refmesh_addon.pipeline.session.written_files import WrittenFiles
 
 from ..running import finish, results
 
@@ -62,6 +63,6 @@ def test_a_removed_name_is_free_for_others(tmp_path):
 def test_a_link_in_place_of_the_list_is_replaced_not_followed(tmp_path):
     (tmp_path / "thesis").write_text("years of work")
     (tmp_path / "out" / "cache").mkdir(parents=True)
-    os.symlink(tmp_path / "thesis", tmp_path / "out" / "cache" / LIST_NAME)
+    os.symlink(tmp_path / "thesis", tmp_path / "out" / WRITTEN_LIST)
     WrittenFiles(tmp_path / "out").claim("a.ply")
     assert (tmp_path / "thesis").read_text() == "years of work"
